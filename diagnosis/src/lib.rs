@@ -1,0 +1,1 @@
+//! From coefficients to the fault vector: MLP, Levenberg-Marquardt, uncertainty, plausibility.

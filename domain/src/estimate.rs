@@ -1,0 +1,66 @@
+//! The result for one upload: pure in (bundle, upload), never changed by other uploads.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{ContentHash, FaultVector, Timestamp, UploadId};
+
+/// What one upload says about the health of its actuator.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The upload.
+    pub upload_id: UploadId,
+    /// The component's hours since new.
+    pub flight_hours: f64,
+    /// When the samples were taken.
+    pub recorded_at: Timestamp,
+    /// By which mask.
+    pub mask_id: ContentHash,
+    /// Which bundle judged it.
+    pub model: ContentHash,
+    /// Raised only when the numbers may change.
+    pub numerics_version: u32,
+    /// The diagnosis, or why there is none.
+    pub outcome: Outcome,
+}
+
+/// A diagnosis, or why there is none.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Outcome {
+    /// The samples were enough for a diagnosis.
+    Diagnosed(Diagnosis),
+    /// Too few valid samples.
+    Undiagnosable {
+        /// Valid samples in the upload.
+        valid_samples: usize,
+        /// Samples that a diagnosis needs.
+        needed: usize,
+    },
+}
+
+/// A fault vector with its uncertainty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// The faults, clamped to [0, 1].
+    pub fault_vector: FaultVector,
+    /// Calibrated standard deviation of each entry.
+    pub sigma: Vec<f64>,
+    /// Whether the residual of the reconstruction is within its 99.9 % chi-square limit.
+    pub plausible: bool,
+    /// The residual's chi-square statistic.
+    pub chi_square: f64,
+    /// Its degrees of freedom.
+    pub degrees_of_freedom: usize,
+    /// Whether the load ratio was given, so that the load-invariant map was used.
+    pub load_invariant: bool,
+}
+
+impl Estimate {
+    /// The diagnosis, when there is one whose residual is plausible: what a filter may use.
+    pub fn usable(&self) -> Option<&Diagnosis> {
+        match &self.outcome {
+            Outcome::Diagnosed(diagnosis) if diagnosis.plausible => Some(diagnosis),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! Fault vectors and the model that names and groups their entries.
+
+use serde::{Deserialize, Serialize};
+
+/// How entries of a fault vector propagate: alone and one-sided, or as a pair that shares a rate.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum FaultGroup {
+    /// A severity that cannot fall below nominal, such as a shorted fraction of a winding.
+    OneSided {
+        /// Index into the fault vector.
+        index: usize,
+    },
+    /// Two Cartesian entries of one fault, such as eccentricity along two axes.
+    Pair {
+        /// Indices into the fault vector.
+        indices: [usize; 2],
+    },
+}
+
+/// What the entries of a fault vector mean. Nothing in the service is fixed to five faults.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FaultModel {
+    /// A name per entry.
+    pub names: Vec<String>,
+    /// The value of each entry when the actuator is nominal.
+    pub nominal: Vec<f64>,
+    /// How entries belong together; every index occurs once.
+    pub groups: Vec<FaultGroup>,
+}
+
+impl FaultModel {
+    /// The five electrical faults (Berri 2021, eq. 6.1): shorted winding fractions of phases A, B, C
+    /// and rotor eccentricity ((1 + zeta cos phi)/2, (1 + zeta sin phi)/2).
+    pub fn electrical() -> Self {
+        Self {
+            names: ["k1", "k2", "k3", "k4", "k5"].map(str::to_owned).into(),
+            nominal: vec![0.0, 0.0, 0.0, 0.5, 0.5],
+            groups: vec![
+                FaultGroup::OneSided { index: 0 },
+                FaultGroup::OneSided { index: 1 },
+                FaultGroup::OneSided { index: 2 },
+                FaultGroup::Pair { indices: [3, 4] },
+            ],
+        }
+    }
+
+    /// Number of entries.
+    pub fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Whether there are no entries.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// Deviation from nominal: severity is a deviation, never a norm of k.
+    pub fn deviation(&self, faults: &FaultVector) -> Vec<f64> {
+        faults.0.iter().zip(&self.nominal).map(|(k, nominal)| k - nominal).collect()
+    }
+
+    /// The fault vector of a deviation from nominal.
+    pub fn from_deviation(&self, deviation: &[f64]) -> FaultVector {
+        FaultVector(deviation.iter().zip(&self.nominal).map(|(x, nominal)| x + nominal).collect())
+    }
+}
+
+/// Values of the faults, in the order of the model's names; dimensionless, in [0, 1].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct FaultVector(pub Vec<f64>);
+
+impl FaultVector {
+    /// The values.
+    pub fn values(&self) -> &[f64] {
+        &self.0
+    }
+}

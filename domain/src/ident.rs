@@ -1,0 +1,137 @@
+//! Names of things, each its own type, each parsed or rejected.
+
+use std::{fmt, str::FromStr};
+
+use serde::{Deserialize, Serialize};
+
+/// A text that is not a name of the wanted kind.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{what} {given:?} must be {rule}")]
+pub struct InvalidName {
+    /// The kind of name.
+    pub what: &'static str,
+    /// The offending text, cut at 64 characters.
+    pub given: String,
+    /// The rule that it breaks.
+    pub rule: &'static str,
+}
+
+macro_rules! name {
+    ($(#[$doc:meta])* $type:ident, $what:literal, $rule:literal, $accepts:expr) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[serde(try_from = "String", into = "String")]
+        pub struct $type(String);
+
+        impl $type {
+            /// The text.
+            pub fn as_str(&self) -> &str {
+                &self.0
+            }
+        }
+
+        impl FromStr for $type {
+            type Err = InvalidName;
+            fn from_str(text: &str) -> Result<Self, InvalidName> {
+                let accepts: fn(&str) -> bool = $accepts;
+                if accepts(text) {
+                    Ok(Self(text.to_owned()))
+                } else {
+                    Err(InvalidName { what: $what, given: text.chars().take(64).collect(), rule: $rule })
+                }
+            }
+        }
+
+        impl TryFrom<String> for $type {
+            type Error = InvalidName;
+            fn try_from(text: String) -> Result<Self, InvalidName> {
+                text.parse()
+            }
+        }
+
+        impl From<$type> for String {
+            fn from(name: $type) -> String {
+                name.0
+            }
+        }
+
+        impl fmt::Display for $type {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(&self.0)
+            }
+        }
+    };
+}
+
+name!(
+    /// Who operates the aircraft; a wall that no history crosses.
+    OperatorId, "operator", "1 to 32 characters of [a-z0-9_-]",
+    |t| of_chars(t, 1, 32, |c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-')
+);
+name!(
+    /// An aircraft's registration.
+    TailNumber, "tail", "2 to 10 characters of [A-Z0-9-], the first not a hyphen",
+    |t| !t.starts_with('-')
+        && of_chars(t, 2, 10, |c| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '-')
+);
+name!(
+    /// Where on an aircraft an actuator is installed.
+    Position, "position", "1 to 32 characters of [A-Za-z0-9._-]",
+    |t| of_chars(t, 1, 32, |c| c.is_ascii_alphanumeric() || "._-".contains(c))
+);
+name!(
+    /// A manufacturer's part number.
+    PartNumber, "part_number", "1 to 32 printable characters without blanks at the ends",
+    printable
+);
+name!(
+    /// The serial number of one unit of a part number.
+    SerialNumber, "serial_number", "1 to 32 printable characters without blanks at the ends",
+    printable
+);
+name!(
+    /// An upload's name, chosen by the aircraft, unique for ever within its operator.
+    UploadId, "upload_id", "1 to 64 characters of [A-Za-z0-9._:-]",
+    |t| of_chars(t, 1, 64, |c| c.is_ascii_alphanumeric() || "._:-".contains(c))
+);
+
+impl Default for OperatorId {
+    /// The operator of every caller as long as there are no tokens.
+    fn default() -> Self {
+        Self("default".to_owned())
+    }
+}
+
+fn of_chars(text: &str, min: usize, max: usize, accepts: impl Fn(char) -> bool) -> bool {
+    (min..=max).contains(&text.len()) && text.chars().all(accepts)
+}
+
+fn printable(text: &str) -> bool {
+    text.trim() == text && (1..=32).contains(&text.chars().count()) && !text.chars().any(char::is_control)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_accepted_or_refused_by_their_rule() {
+        for good in ["EC-MXA", "D2", "9H-QAA"] {
+            assert!(good.parse::<TailNumber>().is_ok(), "{good}");
+        }
+        for bad in ["", "A", "-AB", "ec-mxa", "EC MXA", "ABCDEFGHIJK", "É-AB"] {
+            assert!(bad.parse::<TailNumber>().is_err(), "{bad}");
+        }
+        assert!("AIL.L_1-a".parse::<Position>().is_ok());
+        assert!("a/b".parse::<Position>().is_err());
+        assert!("SN 0001/Ä".parse::<SerialNumber>().is_ok());
+        assert!("SN\n1".parse::<SerialNumber>().is_err());
+        assert!("x".repeat(65).parse::<UploadId>().is_err());
+    }
+
+    #[test]
+    fn a_refusal_carries_the_offending_text() {
+        let error = "ec-mxa".parse::<TailNumber>().unwrap_err();
+        assert!(error.to_string().contains("\"ec-mxa\""), "{error}");
+    }
+}

@@ -1,0 +1,58 @@
+//! What is wrong with an input: each violation names the field and carries the offending value.
+
+use std::fmt;
+
+/// One violated rule: `pointer` is a JSON pointer fragment such as `#/samples/3`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Violation {
+    /// JSON pointer (URI fragment form) to the field.
+    pub pointer: String,
+    /// What is wrong, with the offending value.
+    pub detail: String,
+}
+
+/// A well-formed but unacceptable input: every violation that was found.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Invalid {
+    /// The violations, in the order of the fields.
+    pub violations: Vec<Violation>,
+}
+
+impl Invalid {
+    /// A single violation.
+    pub fn one(pointer: impl Into<String>, detail: impl Into<String>) -> Self {
+        let mut invalid = Self::default();
+        invalid.push(pointer, detail);
+        invalid
+    }
+
+    /// Adds a violation.
+    pub fn push(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
+        self.violations.push(Violation { pointer: pointer.into(), detail: detail.into() });
+    }
+
+    /// Keeps the value of a parse, or records its rejection under `pointer`.
+    pub fn check<T, E: fmt::Display>(&mut self, pointer: &str, parsed: Result<T, E>) -> Option<T> {
+        parsed.map_err(|error| self.push(pointer, error.to_string())).ok()
+    }
+
+    /// `value` when nothing was violated.
+    pub fn into_result<T>(self, value: Option<T>) -> Result<T, Self> {
+        match value {
+            Some(value) if self.violations.is_empty() => Ok(value),
+            _ => Err(self),
+        }
+    }
+}
+
+impl fmt::Display for Invalid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, violation) in self.violations.iter().enumerate() {
+            let separator = if i == 0 { "" } else { "; " };
+            write!(f, "{separator}{}: {}", violation.pointer, violation.detail)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Invalid {}

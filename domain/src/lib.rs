@@ -1,0 +1,42 @@
+//! The nouns of the service: parsed or rejected once, at the border; immutable afterwards.
+//!
+//! This crate never does I/O, never asks the time and holds no randomness of its own: clocks and
+//! seeds are arguments everywhere.
+
+pub mod bundle_summary;
+pub mod component;
+pub mod estimate;
+pub mod fault;
+pub mod hash;
+pub mod ident;
+pub mod invalid;
+pub mod mask;
+pub mod normal;
+pub mod prognosis;
+pub mod random;
+pub mod rul;
+pub mod state;
+pub mod time;
+pub mod upload;
+
+pub use bundle_summary::BundleSummary;
+pub use component::{Component, Life};
+pub use estimate::{Diagnosis, Estimate, Outcome};
+pub use fault::{FaultGroup, FaultModel, FaultVector};
+pub use hash::ContentHash;
+pub use ident::{OperatorId, PartNumber, Position, SerialNumber, TailNumber, UploadId};
+pub use invalid::{Invalid, Violation};
+pub use mask::{Coordinate, Mask};
+pub use prognosis::{AsOf, FaultTrend, Prognosis, Propagation, Status};
+pub use random::Stream;
+pub use rul::RulDistribution;
+pub use state::State;
+pub use time::Timestamp;
+pub use upload::{AirData, LoadRatio, Strain, Upload};
+
+/// Raised only when the numbers served for the same input may change.
+pub const NUMERICS_VERSION: u32 = 1;
+
+/// The sentence that goes with every served number.
+pub const ADVISORY: &str =
+    "Advisory only: no maintenance credit. Airworthiness limitations and the maintenance programme take precedence.";

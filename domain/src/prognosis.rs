@@ -1,0 +1,138 @@
+//! The issued prognosis: what was served for the newest data of a life.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{ContentHash, RulDistribution, Timestamp, UploadId};
+
+/// The newest observation that a result rests on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AsOf {
+    /// The component's hours since new.
+    pub flight_hours: f64,
+    /// When it was recorded.
+    pub recorded_at: Timestamp,
+    /// Which upload it came with.
+    pub upload_id: UploadId,
+}
+
+/// One entry of the filtered fault vector.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FaultTrend {
+    /// The fault's name.
+    pub name: String,
+    /// Filtered value, nominal value included.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+    /// Present growth per 1,000 flight hours.
+    pub trend_per_1000_fh: f64,
+}
+
+/// The refitted damage-propagation model x' = A x + B u (Berri 2021, eq. 2.26) from the posterior.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Propagation {
+    /// A, 1/h, row by row.
+    pub state_matrix: Vec<Vec<f64>>,
+    /// Standard deviations of A.
+    pub state_matrix_sigma: Vec<Vec<f64>>,
+    /// B, 1/h, row by row; columns as u = [1, load, temperature].
+    pub control_matrix: Vec<Vec<f64>>,
+    /// Standard deviations of B; zero where the estimator attributes nothing to a column.
+    pub control_matrix_sigma: Vec<Vec<f64>>,
+    /// The estimator's name.
+    pub estimator: String,
+    /// Observations that it rests on.
+    pub observations: usize,
+}
+
+/// What was served for the newest data of a life, with everything needed to judge it later.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Prognosis {
+    /// The newest data.
+    pub as_of: AsOf,
+    /// The forecast, or what is missing for one.
+    pub forecast: Result<Forecast, InsufficientHistory>,
+    /// Mask of the newest upload.
+    pub mask_id: ContentHash,
+    /// The bundle.
+    pub model: ContentHash,
+    /// The fleet prior.
+    pub prior: ContentHash,
+    /// Which (bundle, prior) generation of the life.
+    pub generation: u32,
+    /// Raised only when the numbers may change.
+    pub numerics_version: u32,
+    /// Digest of all inputs.
+    pub inputs_digest: ContentHash,
+}
+
+/// Why there is no forecast yet, in words for the reader.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InsufficientHistory {
+    /// What is missing.
+    pub missing: String,
+}
+
+/// Faults, their propagation and the remaining life.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Forecast {
+    /// Filtered faults with their trends.
+    pub faults: Vec<FaultTrend>,
+    /// Name of the fault that most often drives the end of life.
+    pub dominant_fault: String,
+    /// The refitted propagation model.
+    pub propagation: Propagation,
+    /// Remaining useful life.
+    pub rul: RulDistribution,
+    /// P(the assessment already says faulty).
+    pub probability_failed: f64,
+    /// Seed of the draws.
+    pub seed: u64,
+}
+
+/// How to read a prognosis now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// The assessment says faulty already, more likely than not.
+    Failed,
+    /// No closed block of observations yet.
+    InsufficientHistory,
+    /// The newest data is old: unknown, not healthy.
+    Stale,
+    /// The median outlives the horizon.
+    BeyondHorizon,
+    /// A forecast to act on.
+    Ok,
+}
+
+impl Status {
+    /// The name on the wire.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Failed => "failed",
+            Self::InsufficientHistory => "insufficient_history",
+            Self::Stale => "stale",
+            Self::BeyondHorizon => "beyond_horizon",
+            Self::Ok => "ok",
+        }
+    }
+}
+
+impl Prognosis {
+    /// The first status that applies at `now`, data older than `stale_after_h` hours being stale.
+    pub fn status(&self, now: Timestamp, stale_after_h: f64) -> Status {
+        let Ok(forecast) = &self.forecast else {
+            return Status::InsufficientHistory;
+        };
+        if forecast.probability_failed >= 0.5 {
+            Status::Failed
+        } else if now.hours_since(self.as_of.recorded_at) > stale_after_h {
+            Status::Stale
+        } else if forecast.rul.quantile_fh(0.5).is_none() {
+            Status::BeyondHorizon
+        } else {
+            Status::Ok
+        }
+    }
+}

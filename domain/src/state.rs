@@ -1,0 +1,37 @@
+//! The result for a closed block of a life: pure in the ordered set of the life's estimates.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{AsOf, ContentHash, FaultTrend, Propagation};
+
+/// Length of a block, flight hours.
+pub const BLOCK_FH: f64 = 20.0;
+/// Fewest observations of a block; a block with fewer is merged into the next.
+pub const MIN_OBSERVATIONS: usize = 3;
+
+/// The filtered health of a life at the end of one block, with its remaining life as known then.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Index of the block: floor(flight_hours / 20) of its last part.
+    pub block: u64,
+    /// Hours since new of the block's first observation.
+    pub from_fh: f64,
+    /// The block's last observation.
+    pub as_of: AsOf,
+    /// Observations used in it.
+    pub observations: usize,
+    /// Filtered faults with their trends.
+    pub faults: Vec<FaultTrend>,
+    /// The refitted propagation model.
+    pub propagation: Propagation,
+    /// Quantiles at [`crate::rul::QUANTILE_LEVELS`], flight hours from `as_of`; `None` = beyond the horizon.
+    pub rul_quantiles_fh: [Option<f64>; 7],
+    /// E[min(RUL, horizon)].
+    pub rul_mean_fh: f64,
+    /// Share of the draws that outlive the horizon.
+    pub censored_fraction: f64,
+    /// The horizon.
+    pub horizon_fh: f64,
+    /// Digest of (bundle, prior, every observation of the life up to this block).
+    pub digest: ContentHash,
+}

@@ -1,0 +1,259 @@
+//! One upload: what an aircraft knows of one actuator after one flight.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    Component, ContentHash, Invalid, Mask, OperatorId, PartNumber, Position, SerialNumber, TailNumber, Timestamp,
+    UploadId,
+};
+
+/// A checked upload. Its canonical JSON (see [`Upload::content_hash`]) decides whether a second
+/// upload of the same id is a duplicate or a conflict.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Upload {
+    /// The aircraft that sends.
+    pub tail: TailNumber,
+    /// The upload's name.
+    pub upload_id: UploadId,
+    /// Where the actuator is installed.
+    pub position: Position,
+    /// Its part number.
+    pub part_number: PartNumber,
+    /// Its serial number.
+    pub serial_number: SerialNumber,
+    /// The component's hours since new, never reset.
+    pub flight_hours: f64,
+    /// The component's cycles since new.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub flight_cycles: Option<u64>,
+    /// When the samples were taken.
+    pub recorded_at: Timestamp,
+    /// The mask by which they were taken.
+    pub mask_id: ContentHash,
+    /// Back-EMF samples, V s/rad, one per mask point; `None` where no pass gave a value.
+    pub samples: Vec<Option<f64>>,
+    /// Load ratio r = R i/(k w), dimensionless.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub load_ratio: Option<LoadRatio>,
+    /// Standard deviation of one sample, in units of k_nom.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub sample_noise: Option<f64>,
+    /// Wing strain.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub strain: Option<Strain>,
+    /// Flight condition.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub air_data: Option<AirData>,
+    /// Ambient temperature, degrees Celsius.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub temperature_c: Option<f64>,
+    /// Winding temperature, degrees Celsius.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub winding_temperature_c: Option<f64>,
+    /// Whether the aircraft was on the ground.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub on_ground: Option<bool>,
+}
+
+/// The load ratio of the samples.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum LoadRatio {
+    /// The mean of the whole map: worse than one per sample.
+    Mean(f64),
+    /// One per sample, missing where the sample is.
+    PerSample(Vec<Option<f64>>),
+}
+
+/// Wavelengths of the fibre Bragg gratings, nm; `None` for a missing peak.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Strain {
+    /// Strain gratings.
+    pub wavelengths_nm: Vec<Option<f64>>,
+    /// Free temperature gratings.
+    pub temperature_wavelengths_nm: Vec<Option<f64>>,
+}
+
+/// The flight condition, SI units and radians.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AirData {
+    /// Dynamic pressure, Pa.
+    pub dynamic_pressure_pa: f64,
+    /// True airspeed, m/s.
+    pub airspeed_m_s: f64,
+    /// Angle of attack, rad.
+    pub angle_of_attack_rad: f64,
+    /// Roll rate, rad/s.
+    pub roll_rate_rad_s: f64,
+    /// Flap deflection, rad.
+    pub flap_rad: f64,
+    /// Aileron deflection, rad.
+    pub aileron_rad: f64,
+}
+
+/// Strain gratings per wing.
+pub const STRAIN_SENSORS: usize = 12;
+/// Temperature gratings per wing.
+pub const TEMPERATURE_SENSORS: usize = 4;
+/// A sample further from zero than this many k_nom is absurd, not faulty.
+pub const MAX_SAMPLE_K_NOM: f64 = 20.0;
+/// A load ratio further from zero than this is absurd: a motor that produces no motion.
+pub const MAX_LOAD_RATIO: f64 = 10.0;
+
+impl Upload {
+    /// Who the samples are about.
+    pub fn component(&self, operator: &OperatorId) -> Component {
+        Component {
+            operator: operator.clone(),
+            part_number: self.part_number.clone(),
+            serial_number: self.serial_number.clone(),
+        }
+    }
+
+    /// The hash of the parsed content: equal over every transport.
+    pub fn content_hash(&self) -> ContentHash {
+        ContentHash::of_json(self)
+    }
+
+    /// The order inside a life: (flight_hours, recorded_at, upload_id).
+    pub fn life_order(&self, other: &Self) -> std::cmp::Ordering {
+        self.flight_hours
+            .total_cmp(&other.flight_hours)
+            .then(self.recorded_at.cmp(&other.recorded_at))
+            .then_with(|| self.upload_id.cmp(&other.upload_id))
+    }
+
+    /// Numbers of valid samples.
+    pub fn valid_samples(&self) -> usize {
+        self.samples.iter().flatten().count()
+    }
+
+    /// Checks every range that needs no model, and sizes against the mask by which it was sampled;
+    /// `k_nom` in V s/rad is the nominal back-EMF constant of the mask's models.
+    pub fn check(&self, mask: &Mask, k_nom: f64) -> Result<(), Invalid> {
+        let mut ranges = Ranges(Invalid::default());
+        ranges.one("#/flight_hours", Some(self.flight_hours), 0.0, 500_000.0, "h");
+        ranges.one("#/flight_cycles", self.flight_cycles.map(|n| n as f64), 0.0, 1e7, "cycles");
+        ranges.one("#/sample_noise", self.sample_noise, 0.0, 1.0, "k_nom");
+        ranges.one("#/temperature_c", self.temperature_c, -100.0, 150.0, "degrees Celsius");
+        ranges.one("#/winding_temperature_c", self.winding_temperature_c, -100.0, 300.0, "degrees Celsius");
+        let limit = MAX_SAMPLE_K_NOM * k_nom;
+        ranges.list("#/samples", &self.samples, mask.len(), -limit, limit, "V s/rad");
+        self.check_load_ratio(mask, &mut ranges);
+        if let Some(strain) = &self.strain {
+            let nm = (200.0, 3000.0, "nm");
+            ranges.list("#/strain/wavelengths_nm", &strain.wavelengths_nm, STRAIN_SENSORS, nm.0, nm.1, nm.2);
+            let temperature = &strain.temperature_wavelengths_nm;
+            ranges.list("#/strain/temperature_wavelengths_nm", temperature, TEMPERATURE_SENSORS, nm.0, nm.1, nm.2);
+        }
+        if let Some(air) = &self.air_data {
+            ranges.one("#/air_data/dynamic_pressure_pa", Some(air.dynamic_pressure_pa), 0.0, 1e6, "Pa");
+            ranges.one("#/air_data/airspeed_m_s", Some(air.airspeed_m_s), 0.0, 3000.0, "m/s");
+            ranges.one("#/air_data/angle_of_attack_rad", Some(air.angle_of_attack_rad), -1.6, 1.6, "rad");
+            ranges.one("#/air_data/roll_rate_rad_s", Some(air.roll_rate_rad_s), -20.0, 20.0, "rad/s");
+            ranges.one("#/air_data/flap_rad", Some(air.flap_rad), -1.6, 1.6, "rad");
+            ranges.one("#/air_data/aileron_rad", Some(air.aileron_rad), -1.6, 1.6, "rad");
+        }
+        ranges.0.into_result(Some(()))
+    }
+
+    fn check_load_ratio(&self, mask: &Mask, ranges: &mut Ranges) {
+        match &self.load_ratio {
+            None => {}
+            Some(LoadRatio::Mean(r)) => {
+                ranges.one("#/load_ratio", Some(*r), -MAX_LOAD_RATIO, MAX_LOAD_RATIO, "(dimensionless)");
+            }
+            Some(LoadRatio::PerSample(r)) => {
+                ranges.list("#/load_ratio", r, mask.len(), -MAX_LOAD_RATIO, MAX_LOAD_RATIO, "(dimensionless)");
+                let pairs = r.iter().zip(&self.samples).enumerate();
+                for (i, _) in pairs.filter(|(_, (r, sample))| r.is_none() && sample.is_some()) {
+                    ranges.0.push(format!("#/load_ratio/{i}"), "null although its sample is not");
+                }
+            }
+        }
+    }
+}
+
+/// Collects values out of range.
+struct Ranges(Invalid);
+
+impl Ranges {
+    fn one(&mut self, pointer: &str, value: Option<f64>, min: f64, max: f64, unit: &str) {
+        if let Some(value) = value.filter(|value| !(min..=max).contains(value)) {
+            self.0.push(pointer, format!("{value} is outside {min} to {max} {unit}"));
+        }
+    }
+
+    fn list(&mut self, pointer: &str, values: &[Option<f64>], length: usize, min: f64, max: f64, unit: &str) {
+        if values.len() != length {
+            self.0.push(pointer, format!("{} values where {length} are expected", values.len()));
+            return;
+        }
+        for (i, value) in values.iter().enumerate() {
+            self.one(&format!("{pointer}/{i}"), *value, min, max, unit);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Coordinate;
+
+    fn mask() -> Mask {
+        Mask::new(Coordinate::ElectricalAngleRad, 360, vec![10, 20, 30]).unwrap()
+    }
+
+    fn upload() -> Upload {
+        Upload {
+            tail: "EC-MXA".parse().unwrap(),
+            upload_id: "u1".parse().unwrap(),
+            position: "AIL-L".parse().unwrap(),
+            part_number: "EMA-500".parse().unwrap(),
+            serial_number: "0001".parse().unwrap(),
+            flight_hours: 12.5,
+            flight_cycles: None,
+            recorded_at: "2026-03-01T12:30:00Z".parse().unwrap(),
+            mask_id: mask().id(),
+            samples: vec![Some(0.07), None, Some(0.08)],
+            load_ratio: Some(LoadRatio::PerSample(vec![Some(0.1), None, Some(0.1)])),
+            sample_noise: Some(0.01),
+            strain: None,
+            air_data: None,
+            temperature_c: None,
+            winding_temperature_c: None,
+            on_ground: None,
+        }
+    }
+
+    fn pointers(upload: &Upload) -> Vec<String> {
+        let refused = upload.check(&mask(), 0.0752).unwrap_err();
+        refused.violations.into_iter().map(|v| v.pointer).collect()
+    }
+
+    #[test]
+    fn a_missing_sample_is_accepted() {
+        assert_eq!(upload().check(&mask(), 0.0752), Ok(()));
+        assert_eq!(upload().valid_samples(), 2);
+    }
+
+    #[test]
+    fn every_violation_names_its_field() {
+        let mut bad = upload();
+        bad.samples[2] = Some(f64::NAN);
+        bad.flight_hours = -1.0;
+        bad.load_ratio = Some(LoadRatio::PerSample(vec![None, None, Some(f64::INFINITY)]));
+        assert_eq!(pointers(&bad), ["#/flight_hours", "#/samples/2", "#/load_ratio/2", "#/load_ratio/0"]);
+        bad = upload();
+        bad.samples.pop();
+        assert_eq!(pointers(&bad), ["#/samples"]);
+    }
+
+    #[test]
+    fn content_decides_the_hash() {
+        let mut other = upload();
+        assert_eq!(other.content_hash(), upload().content_hash());
+        other.samples[0] = Some(0.07000000000000001);
+        assert_ne!(other.content_hash(), upload().content_hash());
+    }
+}

@@ -1,0 +1,1 @@
+//! Physics of the electromechanical actuator: models, faults, back-EMF map, assessment, wear.

@@ -1,0 +1,1 @@
+//! The model bundle: offline training, and the pure online functions estimate, state and prognosis.

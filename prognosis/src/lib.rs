@@ -1,0 +1,3 @@
+//! From the history of fault vectors to remaining useful life with uncertainty.
+
+pub mod boundary;

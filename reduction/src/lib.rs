@@ -1,0 +1,1 @@
+//! From maps to coefficients: importance sampling, POD, masks, Gappy POD.

@@ -1,0 +1,1 @@
+//! REST, gRPC and pages on one port.

@@ -1,0 +1,1 @@
+//! A simulated fleet: hidden truth per actuator, physics-based uploads over REST.

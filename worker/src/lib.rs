@@ -1,0 +1,1 @@
+//! The bridge between store and pipeline: lease a component, compute off the runtime, commit.
