@@ -253,7 +253,7 @@ mod tests {
     fn content_decides_the_hash() {
         let mut other = upload();
         assert_eq!(other.content_hash(), upload().content_hash());
-        other.samples[0] = Some(0.07000000000000001);
+        other.samples[0] = Some(0.07_f64.next_up());
         assert_ne!(other.content_hash(), upload().content_hash());
     }
 }
