@@ -56,6 +56,14 @@ pub struct Diagnosis {
 }
 
 impl Estimate {
+    /// The order inside a life: (flight_hours, recorded_at, upload_id).
+    pub fn life_order(&self, other: &Self) -> std::cmp::Ordering {
+        self.flight_hours
+            .total_cmp(&other.flight_hours)
+            .then(self.recorded_at.cmp(&other.recorded_at))
+            .then_with(|| self.upload_id.cmp(&other.upload_id))
+    }
+
     /// The diagnosis, when there is one whose residual is plausible: what a filter may use.
     pub fn usable(&self) -> Option<&Diagnosis> {
         match &self.outcome {

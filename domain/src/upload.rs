@@ -115,15 +115,7 @@ impl Upload {
         ContentHash::of_json(self)
     }
 
-    /// The order inside a life: (flight_hours, recorded_at, upload_id).
-    pub fn life_order(&self, other: &Self) -> std::cmp::Ordering {
-        self.flight_hours
-            .total_cmp(&other.flight_hours)
-            .then(self.recorded_at.cmp(&other.recorded_at))
-            .then_with(|| self.upload_id.cmp(&other.upload_id))
-    }
-
-    /// Numbers of valid samples.
+    /// Number of valid samples.
     pub fn valid_samples(&self) -> usize {
         self.samples.iter().flatten().count()
     }

@@ -1,1 +1,118 @@
-//! The bridge between store and pipeline: lease a component, compute off the runtime, commit.
+//! The bridge between store and pipeline: lease a component, read its life, compute off the
+//! runtime, write the results in one short transaction.
+//!
+//! Invariants: no transaction is open while a computation runs; a worker whose lease was taken over
+//! writes nothing (the store checks the fence); an upload whose estimate panics or is not finite is
+//! set aside with its reason and never blocks the others.
+
+mod analysis;
+mod models;
+
+use std::{num::NonZeroUsize, sync::Arc, time::Duration};
+
+use domain::Timestamp;
+use store::{Completion, Lease, Store, StoreError};
+use tokio::task::{JoinError, JoinSet};
+use tokio_util::sync::CancellationToken;
+
+use crate::{analysis::analyse, models::Models};
+
+/// How the worker runs.
+#[derive(Clone)]
+pub struct Settings {
+    /// Components analysed at the same time.
+    pub concurrency: NonZeroUsize,
+    /// How long a component is claimed; an analysis that takes longer is done again by another.
+    pub lease: Duration,
+    /// How long to wait for news before looking again.
+    pub idle: Duration,
+    /// The present, for the times of results.
+    pub clock: Arc<dyn Fn() -> Timestamp + Send + Sync>,
+}
+
+/// Why a component could not be analysed; it stays pending and is tried again later.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkerError {
+    /// The store failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A life is pinned to a bundle that the store does not hold.
+    #[error("bundle {0} is not in the store")]
+    UnknownModel(domain::ContentHash),
+    /// The store holds a bundle that this binary cannot use.
+    #[error("bundle {hash}: {reason}")]
+    UnusableModel {
+        /// The bundle.
+        hash: domain::ContentHash,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The analysis of the whole life failed, not that of one upload.
+    #[error("analysis of a life: {0}")]
+    Analysis(#[from] pipeline::OutlookError),
+    /// The analysis panicked.
+    #[error("analysis of a life ended abnormally: {0}")]
+    Abnormal(#[from] JoinError),
+}
+
+/// Analyses components until `shutdown`; returns once the analyses under way have ended.
+pub async fn run(store: Store, settings: Settings, shutdown: CancellationToken) {
+    let models = Arc::new(Models::new(store.clone()));
+    let mut lanes = JoinSet::new();
+    for _ in 0..settings.concurrency.get() {
+        lanes.spawn(lane(store.clone(), models.clone(), settings.clone(), shutdown.clone()));
+    }
+    lanes.join_all().await;
+}
+
+async fn lane(store: Store, models: Arc<Models>, settings: Settings, shutdown: CancellationToken) {
+    while !shutdown.is_cancelled() {
+        // Registered before the lease is asked for, so that news in between is not missed.
+        let news = store.work_available();
+        match store.lease(settings.lease).await {
+            Ok(Some(lease)) => serve_lease(&store, &models, &settings, lease).await,
+            Ok(None) => wait(news, &settings, &shutdown).await,
+            Err(error) => {
+                tracing::error!(%error, "cannot lease a component");
+                wait(std::future::pending(), &settings, &shutdown).await;
+            }
+        }
+    }
+}
+
+async fn wait(news: impl Future<Output = ()>, settings: &Settings, shutdown: &CancellationToken) {
+    tokio::select! {
+        () = news => {}
+        () = tokio::time::sleep(settings.idle) => {}
+        () = shutdown.cancelled() => {}
+    }
+}
+
+async fn serve_lease(store: &Store, models: &Models, settings: &Settings, lease: Lease) {
+    let component = &lease.component;
+    match process(store, models, settings, &lease).await {
+        Ok(Completion::Done) => tracing::debug!(?component, "analysed"),
+        Ok(Completion::Fenced) => tracing::warn!(?component, "the lease had passed to another worker"),
+        Err(error) => {
+            tracing::error!(?component, attempts = lease.attempts, %error, "analysis failed");
+            let retry_after = Duration::from_secs(1 << lease.attempts.min(8));
+            if let Err(error) = store.abandon(&lease, retry_after).await {
+                tracing::error!(?component, %error, "cannot hand the component back; its lease will expire");
+            }
+        }
+    }
+}
+
+async fn process(
+    store: &Store,
+    models: &Models,
+    settings: &Settings,
+    lease: &Lease,
+) -> Result<Completion, WorkerError> {
+    let inputs = store.life_inputs(lease).await?;
+    let model = models.get(&inputs.generation.model).await?;
+    let masks = models.masks(&inputs.unestimated).await?;
+    let now = (settings.clock)();
+    let results = tokio::task::spawn_blocking(move || analyse(&model, &masks, inputs, now)).await??;
+    Ok(store.complete(lease, results).await?)
+}

@@ -1,0 +1,68 @@
+//! Bundles and masks, read from the store once.
+
+use std::{
+    collections::HashMap,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use domain::{ContentHash, Mask, Upload};
+use pipeline::Model;
+use store::Store;
+
+use crate::WorkerError;
+
+/// Masks by their id.
+pub type Masks = HashMap<ContentHash, Arc<Mask>>;
+
+/// A cache of what is immutable: bundles and masks are named by their content.
+pub struct Models {
+    store: Store,
+    models: Mutex<HashMap<ContentHash, Arc<Model>>>,
+    masks: Mutex<Masks>,
+}
+
+impl Models {
+    /// An empty cache over `store`.
+    pub fn new(store: Store) -> Self {
+        Self { store, models: Mutex::default(), masks: Mutex::default() }
+    }
+
+    /// The bundle of that hash, ready for use.
+    pub async fn get(&self, hash: &ContentHash) -> Result<Arc<Model>, WorkerError> {
+        if let Some(model) = locked(&self.models).get(hash) {
+            return Ok(model.clone());
+        }
+        let body = self.store.bundle_body(hash).await?.ok_or(WorkerError::UnknownModel(*hash))?;
+        let model = Model::from_bytes(&body)
+            .map_err(|error| WorkerError::UnusableModel { hash: *hash, reason: error.to_string() })?;
+        let model = Arc::new(model);
+        locked(&self.models).insert(*hash, model.clone());
+        Ok(model)
+    }
+
+    /// The masks by which these uploads were sampled.
+    pub async fn masks(&self, uploads: &[Upload]) -> Result<Masks, WorkerError> {
+        let mut masks = Masks::new();
+        for id in uploads.iter().map(|upload| upload.mask_id) {
+            if let std::collections::hash_map::Entry::Vacant(vacant) = masks.entry(id) {
+                vacant.insert(self.mask(id).await?);
+            }
+        }
+        Ok(masks)
+    }
+
+    async fn mask(&self, id: ContentHash) -> Result<Arc<Mask>, WorkerError> {
+        if let Some(mask) = locked(&self.masks).get(&id) {
+            return Ok(mask.clone());
+        }
+        let published = self.store.mask(&id).await?.ok_or(WorkerError::UnknownModel(id))?;
+        let mask = Arc::new(published.mask);
+        locked(&self.masks).insert(id, mask.clone());
+        Ok(mask)
+    }
+}
+
+/// The caches hold only whole entries, so a panic elsewhere cannot have left one half-written.
+fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
