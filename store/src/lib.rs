@@ -1,1 +1,28 @@
 //! Persistence: the only SQL of the project.
+//!
+//! [`Store`] speaks in nouns of `domain`; behind it stands one struct per database, each with its
+//! own SQL. What it acknowledges is durable: an upload is answered after the transaction that
+//! holds it has reached the disk.
+//!
+//! Every table leads with the operator, then the component: operators never join, and a database
+//! can be cut along either. Results are keyed by natural keys only. Rows that answers are made of
+//! carry a checksum; a damaged one is an error that names it, never a wrong answer.
+
+mod error;
+mod history;
+mod installed;
+mod model;
+mod options;
+mod sqlite;
+mod store;
+mod upload;
+mod work;
+
+pub use error::StoreError;
+pub use history::LifeCursor;
+pub use installed::{Installation, Installed};
+pub use model::{BundleRecord, PublishedMask};
+pub use options::{Clock, Options};
+pub use store::Store;
+pub use upload::{Receipt, UploadRecord, UploadState};
+pub use work::{Completion, Generation, Lease, LifeInputs, LifeResults};

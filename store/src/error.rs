@@ -1,0 +1,114 @@
+//! What can go wrong between a noun and its row.
+
+use std::{io, path::PathBuf, sync::Arc};
+
+use domain::ContentHash;
+
+/// An error of the store. Cloneable, because one failed transaction may answer many callers.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum StoreError {
+    /// The database's URL names nothing that this build can open.
+    #[error("database URL {url:?} is not supported: use sqlite:PATH")]
+    UnsupportedUrl {
+        /// The URL.
+        url: String,
+    },
+    /// Another process (or another handle of this one) owns the file.
+    #[error("database {} is in use by process {owner}: one process owns an SQLite file", path.display())]
+    Locked {
+        /// The database file.
+        path: PathBuf,
+        /// Process id of the owner, as far as it is known.
+        owner: String,
+    },
+    /// The file is not an SQLite database.
+    #[error("file {} is not an SQLite database", path.display())]
+    NotADatabase {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is an SQLite database of another application.
+    #[error("database {} belongs to another application", path.display())]
+    ForeignDatabase {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The schema was written by a newer build that excludes this one.
+    #[error("database schema {version} needs a build that knows schema {min_binary}; this one knows {own}: upgrade it")]
+    NewerSchema {
+        /// Version of the schema that was found.
+        version: i64,
+        /// The oldest build that may serve it, named by the schema it knows.
+        min_binary: i64,
+        /// The schema that this build knows.
+        own: i64,
+    },
+    /// A migration failed, or an applied one differs from this build's.
+    #[error("database migration failed: {0}")]
+    Migration(#[source] Arc<sqlx::migrate::MigrateError>),
+    /// The database does not hold what is acknowledged through a power loss.
+    #[error("database setting {setting} is {found:?}, not {wanted:?}: acknowledged data would not be durable")]
+    NotDurable {
+        /// The setting.
+        setting: &'static str,
+        /// What it must be.
+        wanted: &'static str,
+        /// What it is.
+        found: String,
+    },
+    /// The queue of the writer is full: retry later.
+    #[error("the queue of {capacity} uploads is full")]
+    Overloaded {
+        /// How many uploads may wait.
+        capacity: usize,
+    },
+    /// The store was closed.
+    #[error("the store is closed")]
+    Closed,
+    /// A life cannot begin: no bundle is active.
+    #[error("no model bundle is active")]
+    NoActiveBundle,
+    /// No bundle of this hash was registered.
+    #[error("no model bundle {0} is registered")]
+    UnknownBundle(ContentHash),
+    /// A bundle's bytes are not those that its hash names.
+    #[error("bundle {named} has content {found}")]
+    WrongHash {
+        /// The hash that was given.
+        named: ContentHash,
+        /// The hash of the bytes.
+        found: ContentHash,
+    },
+    /// A value that would not read back equal, such as one with a NaN in it.
+    #[error("{what} holds a value that cannot be stored, such as NaN or Infinity")]
+    Unrepresentable {
+        /// What was to be stored.
+        what: String,
+    },
+    /// A row is damaged: it is refused rather than served.
+    #[error("{row} is damaged: {detail}")]
+    Corrupt {
+        /// Which row.
+        row: String,
+        /// What shows it.
+        detail: String,
+    },
+    /// A file could not be read or written.
+    #[error("{}: {error}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        error: Arc<io::Error>,
+    },
+    /// The database refused.
+    #[error("database: {0}")]
+    Database(#[source] Arc<sqlx::Error>),
+}
+
+impl From<sqlx::Error> for StoreError {
+    fn from(error: sqlx::Error) -> Self {
+        Self::Database(Arc::new(error))
+    }
+}

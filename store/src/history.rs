@@ -1,0 +1,24 @@
+//! Paging through the history of a life.
+
+use domain::{Estimate, Timestamp, UploadId};
+
+/// A place in the order of a life: (flight_hours, recorded_at, upload_id).
+#[derive(Debug, Clone, PartialEq)]
+pub struct LifeCursor {
+    /// The component's hours since new.
+    pub flight_hours: f64,
+    /// When the upload was recorded.
+    pub recorded_at: Timestamp,
+    /// The upload.
+    pub upload_id: UploadId,
+}
+
+impl From<&Estimate> for LifeCursor {
+    fn from(estimate: &Estimate) -> Self {
+        Self {
+            flight_hours: estimate.flight_hours,
+            recorded_at: estimate.recorded_at,
+            upload_id: estimate.upload_id.clone(),
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Which component sits where, and since when.
+
+use domain::{PartNumber, Position, Prognosis, SerialNumber, TailNumber, Timestamp};
+
+/// A component at the position where it is installed now.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Installed {
+    /// The aircraft.
+    pub tail: TailNumber,
+    /// The position.
+    pub position: Position,
+    /// The component's part number.
+    pub part_number: PartNumber,
+    /// Its serial number.
+    pub serial_number: SerialNumber,
+    /// Which of its lives it is in.
+    pub overhaul_index: u32,
+    /// Start of the installation as far as it is known.
+    pub since: Timestamp,
+    /// What was issued last in the active generation of the life.
+    pub prognosis: Option<Prognosis>,
+    /// Uploads of the component that wait to be processed.
+    pub pending_uploads: u64,
+    /// Flight hours per day of the tail over the 90 days before its newest upload; `None` below
+    /// 14 days of data.
+    pub utilisation_fh_per_day: Option<f64>,
+}
+
+/// A period, half-open, for which a component was installed at a position.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Installation {
+    /// The aircraft.
+    pub tail: TailNumber,
+    /// The position.
+    pub position: Position,
+    /// First known moment of the period.
+    pub from: Timestamp,
+    /// First known moment after it; `None` while it lasts.
+    pub to: Option<Timestamp>,
+}

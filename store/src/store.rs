@@ -1,0 +1,187 @@
+//! The handle that everyone else holds.
+
+use std::{sync::Arc, time::Duration};
+
+use domain::{
+    BundleSummary, Component, ContentHash, Estimate, OperatorId, Position, State, TailNumber, Timestamp, Upload,
+    UploadId,
+};
+
+use crate::{
+    BundleRecord, Completion, Installation, Installed, Lease, LifeCursor, LifeInputs, LifeResults, Options,
+    PublishedMask, Receipt, StoreError, UploadRecord, sqlite::Sqlite,
+};
+
+/// A database of the service. Clones share it.
+#[derive(Clone)]
+pub struct Store(Backend);
+
+/// The databases that can stand behind a store.
+#[derive(Clone)]
+enum Backend {
+    Sqlite(Arc<Sqlite>),
+}
+
+/// Calls a method of the same name on the database.
+macro_rules! backend {
+    ($store:expr, $method:ident ( $($argument:expr),* )) => {
+        match &$store.0 {
+            Backend::Sqlite(sqlite) => sqlite.$method($($argument),*).await,
+        }
+    };
+}
+
+impl Store {
+    /// Opens the database at `sqlite:PATH` (or `sqlite://PATH`), creates and migrates it when
+    /// needed, and starts its writer. The file is locked for this process.
+    pub async fn open(url: &str, options: Options) -> Result<Self, StoreError> {
+        let sqlite = Sqlite::open(url, options).await?;
+        Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
+    }
+
+    /// Writes what still waits, then closes and unlocks the file. Later calls fail with
+    /// [`StoreError::Closed`].
+    pub async fn close(&self) {
+        backend!(self, close())
+    }
+
+    /// Whether the database answers and its writer runs.
+    pub async fn ping(&self) -> Result<(), StoreError> {
+        backend!(self, ping())
+    }
+
+    /// Keeps a bundle and publishes its masks for ever. Idempotent.
+    pub async fn register_bundle(
+        &self,
+        summary: &BundleSummary,
+        body: &[u8],
+        now: Timestamp,
+    ) -> Result<(), StoreError> {
+        backend!(self, register_bundle(summary, body, now))
+    }
+
+    /// Lets the lives that begin from now on be judged by this bundle.
+    pub async fn activate_bundle(&self, hash: &ContentHash, now: Timestamp) -> Result<(), StoreError> {
+        backend!(self, activate_bundle(hash, now))
+    }
+
+    /// All bundles, the oldest first.
+    pub async fn bundles(&self) -> Result<Vec<BundleRecord>, StoreError> {
+        backend!(self, bundles())
+    }
+
+    /// The bytes of a bundle.
+    pub async fn bundle_body(&self, hash: &ContentHash) -> Result<Option<Vec<u8>>, StoreError> {
+        backend!(self, bundle_body(hash))
+    }
+
+    /// A published mask.
+    pub async fn mask(&self, id: &ContentHash) -> Result<Option<PublishedMask>, StoreError> {
+        backend!(self, mask(id))
+    }
+
+    /// Stores an upload; returns once it is durable. [`StoreError::Overloaded`] when too many wait.
+    ///
+    /// The first upload of a component enrols it and pins its life to the active bundle.
+    pub async fn accept(
+        &self,
+        operator: &OperatorId,
+        upload: Upload,
+        received_at: Timestamp,
+    ) -> Result<Receipt, StoreError> {
+        backend!(self, accept(operator, upload, received_at))
+    }
+
+    /// An upload and what became of it.
+    pub async fn upload(&self, operator: &OperatorId, id: &UploadId) -> Result<Option<UploadRecord>, StoreError> {
+        backend!(self, upload(operator, id))
+    }
+
+    /// Leases the component that has waited longest, if one waits and is not leased or backing off.
+    pub async fn lease(&self, duration: Duration) -> Result<Option<Lease>, StoreError> {
+        backend!(self, lease(duration))
+    }
+
+    /// Returns when there is something to lease. It looks into the queue after it has begun to
+    /// listen, so that work accepted between an empty [`Store::lease`] and this call is not missed.
+    pub async fn work_available(&self) {
+        backend!(self, work_available())
+    }
+
+    /// What the results of the leased component's newest life are computed from.
+    pub async fn life_inputs(&self, lease: &Lease) -> Result<LifeInputs, StoreError> {
+        backend!(self, life_inputs(lease))
+    }
+
+    /// Writes results and ends the lease. Inputs stored since the lease leave the component waiting.
+    pub async fn complete(&self, lease: &Lease, results: LifeResults) -> Result<Completion, StoreError> {
+        backend!(self, complete(lease, results))
+    }
+
+    /// Ends the lease without a result; the component waits for `retry_after`. Without effect when
+    /// the lease is no longer held.
+    pub async fn abandon(&self, lease: &Lease, retry_after: Duration) -> Result<(), StoreError> {
+        backend!(self, abandon(lease, retry_after))
+    }
+
+    /// Number of uploads that wait to be processed, over all operators.
+    pub async fn pending(&self) -> Result<u64, StoreError> {
+        backend!(self, pending())
+    }
+
+    /// Tails of an operator in alphabetical order, from the first one after `after`.
+    pub async fn tails(
+        &self,
+        operator: &OperatorId,
+        after: Option<&TailNumber>,
+        limit: u32,
+    ) -> Result<Vec<TailNumber>, StoreError> {
+        backend!(self, tails(operator, after, limit))
+    }
+
+    /// What is installed on a tail, by position; empty for an unknown tail.
+    pub async fn installed(&self, operator: &OperatorId, tail: &TailNumber) -> Result<Vec<Installed>, StoreError> {
+        backend!(self, installed(operator, tail))
+    }
+
+    /// What is installed at one position of a tail.
+    pub async fn installed_at(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+        position: &Position,
+    ) -> Result<Option<Installed>, StoreError> {
+        backend!(self, installed_at(operator, tail, position))
+    }
+
+    /// Where a component was installed, in the order of time.
+    pub async fn installations(&self, component: &Component) -> Result<Vec<Installation>, StoreError> {
+        backend!(self, installations(component))
+    }
+
+    /// Estimates of a component's newest life with `from_fh <= flight_hours < to_fh`, in the order
+    /// of the life, from the first one after `after`.
+    pub async fn estimates(
+        &self,
+        component: &Component,
+        from_fh: Option<f64>,
+        to_fh: Option<f64>,
+        after: Option<&LifeCursor>,
+        limit: u32,
+    ) -> Result<Vec<Estimate>, StoreError> {
+        backend!(self, estimates(component, from_fh, to_fh, after, limit))
+    }
+
+    /// States of a component's newest life with `from_fh <= as_of.flight_hours < to_fh`, by block,
+    /// from the first one after block `after`.
+    pub async fn states(
+        &self,
+        component: &Component,
+        from_fh: Option<f64>,
+        to_fh: Option<f64>,
+        after: Option<u64>,
+        limit: u32,
+    ) -> Result<Vec<State>, StoreError> {
+        backend!(self, states(component, from_fh, to_fh, after, limit))
+    }
+}
