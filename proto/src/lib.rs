@@ -1,1 +1,21 @@
-//! The wire: protobuf and JSON messages, and their fallible conversion to domain nouns.
+//! The wire of both transports, REST (JSON) and gRPC (protobuf), and the way from there to the nouns.
+//!
+//! - [`json`]: bodies of the REST interface, used by the server and by its clients alike;
+//! - [`v1`]: messages and services generated from `actuary/v1/*.proto`;
+//! - [`grpc`]: protobuf to domain and back.
+//!
+//! What comes in is parsed or refused here, once; a refusal names the field as a JSON pointer, or
+//! as a protobuf field path. The same upload gives the same [`domain::Upload`], hence the same
+//! content hash, whichever transport it took.
+
+pub mod grpc;
+pub mod json;
+
+/// Generated from `actuary/v1/*.proto`.
+#[allow(missing_docs, clippy::all)]
+pub mod v1 {
+    tonic::include_proto!("actuary.v1");
+}
+
+/// The encoded `FileDescriptorSet` of [`v1`], for reflection.
+pub const FILE_DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/actuary.v1.bin"));

@@ -1,0 +1,8 @@
+//! Protobuf to domain and back.
+
+mod answer;
+mod field_path;
+mod upload;
+
+pub use field_path::field_path;
+pub use upload::{from_upload, into_upload};

@@ -1,0 +1,137 @@
+//! Answers: the REST body is the one assembly, gRPC tells the same in its own words.
+
+use domain::Timestamp;
+
+use super::upload::timestamp;
+use crate::{json, v1};
+
+impl From<json::Status> for v1::Status {
+    fn from(status: json::Status) -> Self {
+        match status {
+            json::Status::Failed => Self::Failed,
+            json::Status::InsufficientHistory => Self::InsufficientHistory,
+            json::Status::Stale => Self::Stale,
+            json::Status::BeyondHorizon => Self::BeyondHorizon,
+            json::Status::Ok => Self::Ok,
+        }
+    }
+}
+
+impl From<json::RulBody> for v1::Rul {
+    fn from(body: json::RulBody) -> Self {
+        Self {
+            tail: body.tail,
+            position: body.position,
+            part_number: body.part_number,
+            serial_number: body.serial_number,
+            life: body.life,
+            as_of: body.as_of.map(Into::into),
+            status: v1::Status::from(body.status).into(),
+            missing: body.missing,
+            rul_fh: body.rul_fh.map(Into::into),
+            censored_fraction: body.censored_fraction,
+            horizon_fh: body.horizon_fh,
+            probability_of_failure: each(body.probability_of_failure.unwrap_or_default()),
+            end_of_life: body.end_of_life.map(Into::into),
+            fault_vector: body.fault_vector.into_iter().flatten().map(|(name, fault)| (name, fault.into())).collect(),
+            dominant_fault: body.dominant_fault,
+            propagation: body.propagation.map(Into::into),
+            monte_carlo: body.monte_carlo.map(Into::into),
+            model: body.model,
+            prior: body.prior,
+            mask_id: body.mask_id,
+            generation: body.generation,
+            numerics_version: body.numerics_version,
+            code_version: body.code_version,
+            pending_uploads: body.pending_uploads,
+            advisory: body.advisory,
+        }
+    }
+}
+
+fn each<T: Into<U>, U>(items: Vec<T>) -> Vec<U> {
+    items.into_iter().map(Into::into).collect()
+}
+
+impl From<json::AsOfBody> for v1::AsOf {
+    fn from(as_of: json::AsOfBody) -> Self {
+        // The text was written from a time.
+        let recorded_at = as_of.recorded_at.parse::<Timestamp>().ok().map(timestamp);
+        Self { flight_hours: as_of.flight_hours, recorded_at, upload_id: as_of.upload_id }
+    }
+}
+
+impl From<json::RulQuantiles> for v1::RulQuantiles {
+    fn from(rul: json::RulQuantiles) -> Self {
+        let json::RulQuantiles { mean, p05, p10, p25, p50, p75, p90, p95 } = rul;
+        Self { mean, p05, p10, p25, p50, p75, p90, p95 }
+    }
+}
+
+impl From<json::FailureProbability> for v1::FailureProbability {
+    fn from(failure: json::FailureProbability) -> Self {
+        let json::FailureProbability { within_fh, p, standard_error } = failure;
+        Self { within_fh, p, standard_error }
+    }
+}
+
+impl From<json::EndOfLife> for v1::EndOfLife {
+    fn from(end: json::EndOfLife) -> Self {
+        let json::EndOfLife { date_p10, date_p50, date_p90, utilisation_fh_per_day } = end;
+        Self { date_p10, date_p50, date_p90, utilisation_fh_per_day }
+    }
+}
+
+impl From<json::Fault> for v1::Fault {
+    fn from(fault: json::Fault) -> Self {
+        let json::Fault { value, sigma, trend_per_1000_fh } = fault;
+        Self { value, sigma, trend_per_1000_fh }
+    }
+}
+
+impl From<json::PropagationBody> for v1::Propagation {
+    fn from(propagation: json::PropagationBody) -> Self {
+        Self {
+            state_matrix: Some(matrix(propagation.state_matrix)),
+            state_matrix_sigma: Some(matrix(propagation.state_matrix_sigma)),
+            control_matrix: Some(matrix(propagation.control_matrix)),
+            control_matrix_sigma: Some(matrix(propagation.control_matrix_sigma)),
+            estimator: propagation.estimator,
+            observations: propagation.observations as u64,
+        }
+    }
+}
+
+fn matrix(rows: Vec<Vec<f64>>) -> v1::Matrix {
+    v1::Matrix { rows: rows.into_iter().map(|values| v1::Row { values }).collect() }
+}
+
+impl From<json::MonteCarlo> for v1::MonteCarlo {
+    fn from(draws: json::MonteCarlo) -> Self {
+        Self { draws: draws.draws as u64, seed: draws.seed }
+    }
+}
+
+impl From<json::TailItem> for v1::Tail {
+    fn from(item: json::TailItem) -> Self {
+        Self {
+            tail: item.tail,
+            status: v1::Status::from(item.status).into(),
+            rul_p10_fh: item.rul_p10_fh,
+            positions: item.positions as u32,
+        }
+    }
+}
+
+impl From<json::Page<json::TailItem>> for v1::ListTailsResponse {
+    fn from(page: json::Page<json::TailItem>) -> Self {
+        Self { items: each(page.items), next_cursor: page.next_cursor }
+    }
+}
+
+impl From<json::MaskBody> for v1::Mask {
+    fn from(mask: json::MaskBody) -> Self {
+        let json::MaskBody { mask_id, model, coordinate, points, unit } = mask;
+        Self { mask_id, model, coordinate, points, unit }
+    }
+}

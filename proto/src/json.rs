@@ -1,0 +1,24 @@
+//! Bodies of the REST interface.
+
+mod health;
+mod model;
+mod page;
+mod parse;
+mod problem;
+mod rul;
+mod tail;
+mod upload;
+
+pub use health::{FaultEstimate, HealthItem, HingeMoment, Outcome, StateItem};
+pub use model::{MaskBody, ModelItem};
+pub use page::Page;
+pub use parse::{BodyError, parse};
+pub use problem::{FieldError, Problem};
+pub use rul::{
+    AsOfBody, EndOfLife, FailureProbability, Fault, FaultsByName, MonteCarlo, PropagationBody, RulBody, RulQuantiles,
+    Status,
+};
+pub use tail::{PositionItem, TailBody, TailItem};
+pub use upload::{
+    AirDataBody, Ingested, LineResult, LoadRatioBody, StrainBody, UploadAck, UploadBody, UploadState, UploadStatusBody,
+};

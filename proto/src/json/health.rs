@@ -1,0 +1,141 @@
+//! The history of a component's health as served.
+
+use std::collections::BTreeMap;
+
+use domain::{Estimate, State};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{AsOfBody, Fault, FaultsByName, RulQuantiles};
+
+/// Whether an upload could be diagnosed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// There is a fault vector.
+    Diagnosed,
+    /// Too few valid samples.
+    Undiagnosable,
+}
+
+/// The estimate of one upload.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct HealthItem {
+    /// The upload.
+    pub upload_id: String,
+    /// The component's hours since new.
+    pub flight_hours: f64,
+    /// When the samples were taken.
+    #[schema(format = "date-time")]
+    pub recorded_at: String,
+    /// Whether the upload could be diagnosed.
+    pub outcome: Outcome,
+    /// Why not.
+    #[schema(required)]
+    pub reason: Option<String>,
+    /// Faults by name.
+    #[schema(required)]
+    pub fault_vector: Option<BTreeMap<String, FaultEstimate>>,
+    /// Hinge moment estimated from strain; null without strain.
+    #[schema(required)]
+    pub load: Option<HingeMoment>,
+    /// Whether the samples fit any healthy or faulty map; null when undiagnosable.
+    #[schema(required)]
+    pub plausible: Option<bool>,
+    /// Whether a load ratio was given, so that the diagnosis does not depend on the load.
+    #[schema(required)]
+    pub load_invariant: Option<bool>,
+    /// The mask by which the samples were taken.
+    pub mask_id: String,
+    /// The bundle that judged them.
+    pub model: String,
+    /// Raised only when the numbers may change.
+    pub numerics_version: u32,
+}
+
+/// One entry of a fault vector.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FaultEstimate {
+    /// The value, nominal value included.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+}
+
+/// Aerodynamic hinge moment of the surface that the actuator drives.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct HingeMoment {
+    /// The moment, N m.
+    pub hinge_moment_nm: f64,
+    /// Its standard deviation, N m.
+    pub sigma_nm: f64,
+}
+
+impl HealthItem {
+    /// The item of an estimate whose fault vector is named by `fault_names`.
+    pub fn new(estimate: &Estimate, fault_names: &[String]) -> Self {
+        let (outcome, reason, diagnosis) = match &estimate.outcome {
+            domain::Outcome::Diagnosed(diagnosis) => (Outcome::Diagnosed, None, Some(diagnosis)),
+            domain::Outcome::Undiagnosable { valid_samples, needed } => {
+                let reason = format!("{valid_samples} valid samples where a diagnosis needs {needed}");
+                (Outcome::Undiagnosable, Some(reason), None)
+            }
+        };
+        let faults = diagnosis.map(|diagnosis| {
+            let values = diagnosis.fault_vector.values().iter().zip(&diagnosis.sigma);
+            let entries = values.map(|(&value, &sigma)| FaultEstimate { value, sigma });
+            fault_names.iter().cloned().zip(entries).collect()
+        });
+        Self {
+            upload_id: estimate.upload_id.to_string(),
+            flight_hours: estimate.flight_hours,
+            recorded_at: estimate.recorded_at.to_string(),
+            outcome,
+            reason,
+            fault_vector: faults,
+            load: None,
+            plausible: diagnosis.map(|diagnosis| diagnosis.plausible),
+            load_invariant: diagnosis.map(|diagnosis| diagnosis.load_invariant),
+            mask_id: estimate.mask_id.to_string(),
+            model: estimate.model.to_string(),
+            numerics_version: estimate.numerics_version,
+        }
+    }
+}
+
+/// The filtered health of a life at the end of one closed block of 20 flight hours.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StateItem {
+    /// Index of the block: floor(flight_hours / 20).
+    pub block: u64,
+    /// Hours since new of the block's first observation.
+    pub from_fh: f64,
+    /// The block's last observation.
+    pub as_of: AsOfBody,
+    /// Observations in it.
+    pub observations: usize,
+    /// Filtered faults by name.
+    #[schema(value_type = BTreeMap<String, Fault>)]
+    pub fault_vector: FaultsByName,
+    /// Remaining useful life as known then, from `as_of.flight_hours`, flight hours.
+    pub rul_fh: RulQuantiles,
+    /// Share of the draws that outlive the horizon.
+    pub censored_fraction: f64,
+    /// The horizon, flight hours.
+    pub horizon_fh: f64,
+}
+
+impl From<&State> for StateItem {
+    fn from(state: &State) -> Self {
+        Self {
+            block: state.block,
+            from_fh: state.from_fh,
+            as_of: AsOfBody::from(&state.as_of),
+            observations: state.observations,
+            fault_vector: Fault::by_name(&state.faults),
+            rul_fh: RulQuantiles::new(state.rul_mean_fh, state.rul_quantiles_fh),
+            censored_fraction: state.censored_fraction,
+            horizon_fh: state.horizon_fh,
+        }
+    }
+}

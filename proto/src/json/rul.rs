@@ -1,0 +1,268 @@
+//! Remaining useful life as served.
+
+use std::collections::BTreeMap;
+
+use domain::{AsOf, FaultTrend, Propagation, RulDistribution};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// How to read a prognosis now: the first that applies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// The assessment says faulty already, more likely than not.
+    Failed,
+    /// No closed block of observations yet: unknown.
+    InsufficientHistory,
+    /// The newest data is old: unknown, not healthy.
+    Stale,
+    /// The median outlives the horizon.
+    BeyondHorizon,
+    /// A forecast to act on.
+    Ok,
+}
+
+impl From<domain::Status> for Status {
+    fn from(status: domain::Status) -> Self {
+        match status {
+            domain::Status::Failed => Self::Failed,
+            domain::Status::InsufficientHistory => Self::InsufficientHistory,
+            domain::Status::Stale => Self::Stale,
+            domain::Status::BeyondHorizon => Self::BeyondHorizon,
+            domain::Status::Ok => Self::Ok,
+        }
+    }
+}
+
+/// The remaining useful life of one component, as now installed. What is not known yet is null.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RulBody {
+    /// The aircraft.
+    pub tail: String,
+    /// The position on it.
+    pub position: String,
+    /// The component's part number.
+    pub part_number: String,
+    /// The component's serial number.
+    pub serial_number: String,
+    /// Overhaul index of the life.
+    pub life: u32,
+    /// The newest data; null until it has been judged.
+    #[schema(required)]
+    pub as_of: Option<AsOfBody>,
+    /// How to read the answer now.
+    pub status: Status,
+    /// What a forecast still needs; null when there is one.
+    #[schema(required)]
+    pub missing: Option<String>,
+    /// Remaining useful life from `as_of.flight_hours`, flight hours.
+    #[schema(required)]
+    pub rul_fh: Option<RulQuantiles>,
+    /// Share of the draws that outlive the horizon.
+    #[schema(required)]
+    pub censored_fraction: Option<f64>,
+    /// The horizon, flight hours.
+    #[schema(required)]
+    pub horizon_fh: Option<f64>,
+    /// P(failure within), at the asked hours; null when there is no forecast.
+    #[schema(required)]
+    pub probability_of_failure: Option<Vec<FailureProbability>>,
+    /// Dates of the end of life; null when the utilisation is not known.
+    #[schema(required)]
+    pub end_of_life: Option<EndOfLife>,
+    /// Filtered faults by name.
+    #[schema(required)]
+    pub fault_vector: Option<FaultsByName>,
+    /// The fault that most often drives the end of life.
+    #[schema(required)]
+    pub dominant_fault: Option<String>,
+    /// The refitted propagation model.
+    #[schema(required)]
+    pub propagation: Option<PropagationBody>,
+    /// How the draws were made.
+    #[schema(required)]
+    pub monte_carlo: Option<MonteCarlo>,
+    /// Hash of the model bundle.
+    #[schema(required)]
+    pub model: Option<String>,
+    /// Hash of the fleet prior.
+    #[schema(required)]
+    pub prior: Option<String>,
+    /// Mask of the newest upload.
+    #[schema(required)]
+    pub mask_id: Option<String>,
+    /// Which (bundle, prior) generation of the life.
+    #[schema(required)]
+    pub generation: Option<u32>,
+    /// Raised only when the numbers may change.
+    #[schema(required)]
+    pub numerics_version: Option<u32>,
+    /// The build that answers.
+    pub code_version: String,
+    /// Uploads that the answer does not contain yet.
+    pub pending_uploads: u64,
+    /// What the numbers may be used for.
+    pub advisory: String,
+}
+
+/// The newest observation that a result rests on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct AsOfBody {
+    /// The component's hours since new.
+    pub flight_hours: f64,
+    /// When it was recorded.
+    #[schema(format = "date-time")]
+    pub recorded_at: String,
+    /// Which upload it came with.
+    pub upload_id: String,
+}
+
+impl From<&AsOf> for AsOfBody {
+    fn from(as_of: &AsOf) -> Self {
+        Self {
+            flight_hours: as_of.flight_hours,
+            recorded_at: as_of.recorded_at.to_string(),
+            upload_id: as_of.upload_id.to_string(),
+        }
+    }
+}
+
+/// Mean and quantiles of remaining useful life, flight hours; a censored quantile is null.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RulQuantiles {
+    /// E[min(RUL, horizon)].
+    pub mean: f64,
+    /// 5 % quantile.
+    #[schema(required)]
+    pub p05: Option<f64>,
+    /// 10 % quantile.
+    #[schema(required)]
+    pub p10: Option<f64>,
+    /// 25 % quantile.
+    #[schema(required)]
+    pub p25: Option<f64>,
+    /// Median.
+    #[schema(required)]
+    pub p50: Option<f64>,
+    /// 75 % quantile.
+    #[schema(required)]
+    pub p75: Option<f64>,
+    /// 90 % quantile.
+    #[schema(required)]
+    pub p90: Option<f64>,
+    /// 95 % quantile.
+    #[schema(required)]
+    pub p95: Option<f64>,
+}
+
+impl RulQuantiles {
+    /// From the mean and the quantiles at [`domain::rul::QUANTILE_LEVELS`].
+    pub fn new(mean: f64, [p05, p10, p25, p50, p75, p90, p95]: [Option<f64>; 7]) -> Self {
+        Self { mean, p05, p10, p25, p50, p75, p90, p95 }
+    }
+}
+
+impl From<&RulDistribution> for RulQuantiles {
+    fn from(rul: &RulDistribution) -> Self {
+        Self::new(rul.mean_fh(), rul.quantiles_fh())
+    }
+}
+
+/// P(failure within some flight hours).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FailureProbability {
+    /// Flight hours from `as_of.flight_hours`.
+    pub within_fh: f64,
+    /// The probability; null beyond the horizon.
+    #[schema(required)]
+    pub p: Option<f64>,
+    /// Its Monte-Carlo standard error.
+    #[schema(required)]
+    pub standard_error: Option<f64>,
+}
+
+impl FailureProbability {
+    /// The probability of failure within `within_fh` flight hours.
+    pub fn of(rul: &RulDistribution, within_fh: f64) -> Self {
+        let (p, standard_error) = rul.probability_within(within_fh).unzip();
+        Self { within_fh, p, standard_error }
+    }
+}
+
+/// Dates of the end of life (UTC) at the tail's utilisation; a censored one is null.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct EndOfLife {
+    /// From the 10 % quantile.
+    #[schema(required, format = "date", example = "2027-01-31")]
+    pub date_p10: Option<String>,
+    /// From the median.
+    #[schema(required, format = "date")]
+    pub date_p50: Option<String>,
+    /// From the 90 % quantile.
+    #[schema(required, format = "date")]
+    pub date_p90: Option<String>,
+    /// Flight hours a day over the tail's last 90 days.
+    pub utilisation_fh_per_day: f64,
+}
+
+/// Filtered faults by name.
+pub type FaultsByName = BTreeMap<String, Fault>;
+
+/// One filtered fault.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Fault {
+    /// Filtered value, nominal value included.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+    /// Present growth per 1,000 flight hours.
+    pub trend_per_1000_fh: f64,
+}
+
+impl Fault {
+    /// Faults by name.
+    pub fn by_name(trends: &[FaultTrend]) -> FaultsByName {
+        let fault = |t: &FaultTrend| Self { value: t.value, sigma: t.sigma, trend_per_1000_fh: t.trend_per_1000_fh };
+        trends.iter().map(|trend| (trend.name.clone(), fault(trend))).collect()
+    }
+}
+
+/// The refitted damage-propagation model x' = A x + B u.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PropagationBody {
+    /// A, 1/h, row by row.
+    pub state_matrix: Vec<Vec<f64>>,
+    /// Standard deviations of A.
+    pub state_matrix_sigma: Vec<Vec<f64>>,
+    /// B, 1/h, row by row; columns as u = [1, load, temperature].
+    pub control_matrix: Vec<Vec<f64>>,
+    /// Standard deviations of B.
+    pub control_matrix_sigma: Vec<Vec<f64>>,
+    /// The estimator's name.
+    pub estimator: String,
+    /// Observations that it rests on.
+    pub observations: usize,
+}
+
+impl From<&Propagation> for PropagationBody {
+    fn from(propagation: &Propagation) -> Self {
+        let Propagation {
+            state_matrix,
+            state_matrix_sigma,
+            control_matrix,
+            control_matrix_sigma,
+            estimator,
+            observations,
+        } = propagation.clone();
+        Self { state_matrix, state_matrix_sigma, control_matrix, control_matrix_sigma, estimator, observations }
+    }
+}
+
+/// How the draws were made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MonteCarlo {
+    /// Number of draws.
+    pub draws: usize,
+    /// Seed of the draws.
+    pub seed: u64,
+}

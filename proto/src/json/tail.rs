@@ -1,0 +1,82 @@
+//! Tails and what is installed on them.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{RulBody, Status};
+
+/// One tail in short.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TailItem {
+    /// The tail.
+    pub tail: String,
+    /// The worst status of its positions.
+    pub status: Status,
+    /// The lowest 10 % quantile of remaining useful life, flight hours; null when none is known.
+    #[schema(required)]
+    pub rul_p10_fh: Option<f64>,
+    /// Number of positions with a component.
+    pub positions: usize,
+}
+
+/// One tail with its positions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TailBody {
+    /// The tail.
+    pub tail: String,
+    /// The worst status of its positions.
+    pub status: Status,
+    /// The lowest 10 % quantile of remaining useful life, flight hours; null when none is known.
+    #[schema(required)]
+    pub rul_p10_fh: Option<f64>,
+    /// The positions, by name.
+    pub positions: Vec<PositionItem>,
+}
+
+/// One position and the component in it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PositionItem {
+    /// The position.
+    pub position: String,
+    /// The component's part number.
+    pub part_number: String,
+    /// The component's serial number.
+    pub serial_number: String,
+    /// Overhaul index of the life.
+    pub life: u32,
+    /// Its latest prognosis.
+    pub prognosis: RulBody,
+}
+
+impl From<RulBody> for PositionItem {
+    fn from(prognosis: RulBody) -> Self {
+        Self {
+            position: prognosis.position.clone(),
+            part_number: prognosis.part_number.clone(),
+            serial_number: prognosis.serial_number.clone(),
+            life: prognosis.life,
+            prognosis,
+        }
+    }
+}
+
+impl TailBody {
+    /// A tail with the remaining lives of its positions.
+    pub fn new(tail: String, prognoses: Vec<RulBody>) -> Self {
+        let TailItem { tail, status, rul_p10_fh, .. } = TailItem::new(tail, &prognoses);
+        Self { tail, status, rul_p10_fh, positions: prognoses.into_iter().map(PositionItem::from).collect() }
+    }
+}
+
+impl TailItem {
+    /// A tail in short; nothing installed is as unknown as no history.
+    pub fn new(tail: String, prognoses: &[RulBody]) -> Self {
+        let p10 = prognoses.iter().filter_map(|body| body.rul_fh.as_ref()?.p10);
+        Self {
+            tail,
+            status: prognoses.iter().map(|body| body.status).min().unwrap_or(Status::InsufficientHistory),
+            rul_p10_fh: p10.min_by(f64::total_cmp),
+            positions: prognoses.len(),
+        }
+    }
+}

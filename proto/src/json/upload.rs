@@ -1,0 +1,326 @@
+//! An upload on the wire and what became of it.
+
+use std::fmt;
+
+use domain::{AirData, Invalid, LoadRatio, Strain, TailNumber, Timestamp, Upload};
+use serde::{
+    Deserialize, Deserializer, Serialize,
+    de::{SeqAccess, Visitor},
+};
+use utoipa::ToSchema;
+
+use super::{HealthItem, Problem};
+
+/// What an aircraft knows of one actuator after one flight. Unknown fields are refused.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UploadBody {
+    /// The upload's name, unique for ever within its operator.
+    #[schema(example = "EC-MXA.AIL-L.000123", pattern = "^[A-Za-z0-9._:-]{1,64}$")]
+    pub upload_id: String,
+    /// Where the actuator is installed.
+    #[schema(example = "AIL-L", pattern = "^[A-Za-z0-9._-]{1,32}$")]
+    pub position: String,
+    /// Part number, 1-32 printable characters.
+    #[schema(example = "EMA-500")]
+    pub part_number: String,
+    /// Serial number, 1-32 printable characters.
+    #[schema(example = "SN-0001")]
+    pub serial_number: String,
+    /// The component's hours since new, never reset.
+    #[schema(minimum = 0, example = 1234.5)]
+    pub flight_hours: f64,
+    /// The component's cycles since new.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flight_cycles: Option<u64>,
+    /// When the samples were taken, RFC 3339 with an offset; kept to the microsecond.
+    #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
+    pub recorded_at: String,
+    /// The mask by which they were taken.
+    #[schema(pattern = "^[0-9a-f]{64}$")]
+    pub mask_id: String,
+    /// Back-EMF samples in the order of the mask's points, V s/rad; null where no pass gave one.
+    pub samples: Vec<Option<f64>>,
+    /// Load ratio r = R i/(k w): one per sample, or the mean of the map.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load_ratio: Option<LoadRatioBody>,
+    /// Standard deviation of one sample, in units of the nominal back-EMF constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sample_noise: Option<f64>,
+    /// Wing strain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strain: Option<StrainBody>,
+    /// Flight condition.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub air_data: Option<AirDataBody>,
+    /// Ambient temperature, degrees Celsius.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature_c: Option<f64>,
+    /// Winding temperature, degrees Celsius.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub winding_temperature_c: Option<f64>,
+    /// Whether the aircraft was on the ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on_ground: Option<bool>,
+}
+
+/// Load ratio: a number or a list.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[serde(untagged)]
+pub enum LoadRatioBody {
+    /// Mean of the map: worse than one per sample.
+    Mean(f64),
+    /// One per sample, null like the sample.
+    PerSample(Vec<Option<f64>>),
+}
+
+/// Wavelengths of the fibre Bragg gratings, nm; null for a missing peak.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StrainBody {
+    /// The 12 strain gratings.
+    pub wavelengths_nm: Vec<Option<f64>>,
+    /// The 4 temperature gratings.
+    pub temperature_wavelengths_nm: Vec<Option<f64>>,
+}
+
+/// The flight condition, SI units and radians.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AirDataBody {
+    /// Dynamic pressure, Pa.
+    pub dynamic_pressure_pa: f64,
+    /// True airspeed, m/s.
+    pub airspeed_m_s: f64,
+    /// Angle of attack, rad.
+    pub angle_of_attack_rad: f64,
+    /// Roll rate, rad/s.
+    pub roll_rate_rad_s: f64,
+    /// Flap deflection, rad.
+    pub flap_rad: f64,
+    /// Aileron deflection, rad.
+    pub aileron_rad: f64,
+}
+
+impl UploadBody {
+    /// The noun, or every name and time that cannot be one. Ranges and sizes are checked later,
+    /// against the mask ([`Upload::check`]).
+    pub fn into_upload(self, tail: TailNumber) -> Result<Upload, Invalid> {
+        let mut invalid = Invalid::default();
+        let upload_id = invalid.check("#/upload_id", self.upload_id.parse());
+        let position = invalid.check("#/position", self.position.parse());
+        let part_number = invalid.check("#/part_number", self.part_number.parse());
+        let serial_number = invalid.check("#/serial_number", self.serial_number.parse());
+        let recorded_at = invalid.check("#/recorded_at", self.recorded_at.parse::<Timestamp>());
+        let mask_id = invalid.check("#/mask_id", self.mask_id.parse());
+        let upload = (|| {
+            Some(Upload {
+                tail,
+                upload_id: upload_id?,
+                position: position?,
+                part_number: part_number?,
+                serial_number: serial_number?,
+                flight_hours: self.flight_hours,
+                flight_cycles: self.flight_cycles,
+                recorded_at: recorded_at?,
+                mask_id: mask_id?,
+                samples: self.samples,
+                load_ratio: self.load_ratio.map(LoadRatio::from),
+                sample_noise: self.sample_noise,
+                strain: self.strain.map(Strain::from),
+                air_data: self.air_data.map(AirData::from),
+                temperature_c: self.temperature_c,
+                winding_temperature_c: self.winding_temperature_c,
+                on_ground: self.on_ground,
+            })
+        })();
+        invalid.into_result(upload)
+    }
+}
+
+impl From<Upload> for UploadBody {
+    fn from(upload: Upload) -> Self {
+        Self {
+            upload_id: upload.upload_id.into(),
+            position: upload.position.into(),
+            part_number: upload.part_number.into(),
+            serial_number: upload.serial_number.into(),
+            flight_hours: upload.flight_hours,
+            flight_cycles: upload.flight_cycles,
+            recorded_at: upload.recorded_at.into(),
+            mask_id: upload.mask_id.into(),
+            samples: upload.samples,
+            load_ratio: upload.load_ratio.map(LoadRatioBody::from),
+            sample_noise: upload.sample_noise,
+            strain: upload.strain.map(StrainBody::from),
+            air_data: upload.air_data.map(AirDataBody::from),
+            temperature_c: upload.temperature_c,
+            winding_temperature_c: upload.winding_temperature_c,
+            on_ground: upload.on_ground,
+        }
+    }
+}
+
+/// Moves named fields from one struct to another, both ways.
+macro_rules! same_fields {
+    ($noun:ident, $body:ident, $($field:ident),+) => {
+        impl From<$noun> for $body {
+            fn from(noun: $noun) -> Self {
+                Self { $($field: noun.$field),+ }
+            }
+        }
+        impl From<$body> for $noun {
+            fn from(body: $body) -> Self {
+                Self { $($field: body.$field),+ }
+            }
+        }
+    };
+}
+
+same_fields!(Strain, StrainBody, wavelengths_nm, temperature_wavelengths_nm);
+same_fields!(
+    AirData,
+    AirDataBody,
+    dynamic_pressure_pa,
+    airspeed_m_s,
+    angle_of_attack_rad,
+    roll_rate_rad_s,
+    flap_rad,
+    aileron_rad
+);
+
+impl From<LoadRatio> for LoadRatioBody {
+    fn from(ratio: LoadRatio) -> Self {
+        match ratio {
+            LoadRatio::Mean(mean) => Self::Mean(mean),
+            LoadRatio::PerSample(list) => Self::PerSample(list),
+        }
+    }
+}
+
+impl From<LoadRatioBody> for LoadRatio {
+    fn from(ratio: LoadRatioBody) -> Self {
+        match ratio {
+            LoadRatioBody::Mean(mean) => Self::Mean(mean),
+            LoadRatioBody::PerSample(list) => Self::PerSample(list),
+        }
+    }
+}
+
+/// By hand, because an untagged enum loses the path to the element at fault.
+impl<'de> Deserialize<'de> for LoadRatioBody {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NumberOrList;
+        impl<'de> Visitor<'de> for NumberOrList {
+            type Value = LoadRatioBody;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a number or a list of numbers")
+            }
+
+            fn visit_f64<E>(self, mean: f64) -> Result<Self::Value, E> {
+                Ok(LoadRatioBody::Mean(mean))
+            }
+
+            fn visit_u64<E>(self, mean: u64) -> Result<Self::Value, E> {
+                Ok(LoadRatioBody::Mean(mean as f64))
+            }
+
+            fn visit_i64<E>(self, mean: i64) -> Result<Self::Value, E> {
+                Ok(LoadRatioBody::Mean(mean as f64))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
+                let mut ratios = Vec::new();
+                while let Some(ratio) = list.next_element()? {
+                    ratios.push(ratio);
+                }
+                Ok(LoadRatioBody::PerSample(ratios))
+            }
+        }
+        deserializer.deserialize_any(NumberOrList)
+    }
+}
+
+/// What became of an upload when it came in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Ingested {
+    /// Stored, durable.
+    Accepted,
+    /// Stored before, with the same content.
+    Duplicate,
+    /// The upload_id is taken by other content.
+    Conflict,
+    /// Refused: see the error.
+    Invalid,
+    /// Not stored: try again.
+    Unavailable,
+}
+
+/// The answer to one upload.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct UploadAck {
+    /// The upload's name.
+    pub upload_id: String,
+    /// `accepted` (202) or `duplicate` (200).
+    pub status: Ingested,
+}
+
+/// The answer to one line of an NDJSON body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct LineResult {
+    /// The line, counted from 1.
+    pub line: u64,
+    /// The upload's name; null when it could not be read.
+    #[schema(required)]
+    pub upload_id: Option<String>,
+    /// What became of it.
+    pub status: Ingested,
+    /// Why it was not stored.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<Problem>,
+}
+
+/// How far an upload has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UploadState {
+    /// Stored, not judged yet.
+    Pending,
+    /// Judged: see the estimate.
+    Processed,
+    /// Stored but not judged: see the reason.
+    SetAside,
+}
+
+/// What became of an upload since.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct UploadStatusBody {
+    /// The upload's name.
+    pub upload_id: String,
+    /// How far it has come.
+    pub state: UploadState,
+    /// Why it was set aside.
+    #[schema(required)]
+    pub reason: Option<String>,
+    /// The aircraft that sent it.
+    pub tail: String,
+    /// The position on it.
+    pub position: String,
+    /// The component's part number.
+    pub part_number: String,
+    /// The component's serial number.
+    pub serial_number: String,
+    /// The component's hours since new.
+    pub flight_hours: f64,
+    /// When the samples were taken.
+    #[schema(format = "date-time")]
+    pub recorded_at: String,
+    /// When it was stored.
+    #[schema(format = "date-time")]
+    pub received_at: String,
+    /// What it says about the actuator's health.
+    #[schema(required)]
+    pub estimate: Option<HealthItem>,
+}
