@@ -1,3 +1,26 @@
-//! From the history of fault vectors to remaining useful life with uncertainty.
+//! Prognostic Assessment: from the history of fault vectors to remaining useful life with uncertainty.
+//!
+//! Observations of a life are condensed into closed [`Block`]s, a [`Filter`] follows the fault
+//! growth through them, starting from what a [`FleetPrior`] knows, and [`forecast`](forecast())
+//! carries its [`Posterior`] to the [`Boundary`] of the assessment by Monte Carlo.
+//! [`fit_prior`] learns the prior from earlier lives; [`metrics`] judges forecasts.
+//!
+//! Everything but the learning is bit-reproducible: `libm` only, plain loops, fixed order.
 
+pub mod block;
 pub mod boundary;
+pub mod filter;
+pub mod fit;
+pub mod forecast;
+mod kalman;
+pub mod metrics;
+pub mod posterior;
+pub mod prior;
+
+pub use block::{Block, Observation, blocks};
+pub use boundary::Boundary;
+pub use filter::Filter;
+pub use fit::{FitSettings, NoHistory, fit_prior};
+pub use forecast::{Forecast, ForecastSettings, forecast};
+pub use posterior::{EntryEstimate, Moments, Posterior};
+pub use prior::{BiasPrior, FailureTimeError, FleetPrior, GroupPrior};

@@ -1,0 +1,93 @@
+//! One Kalman filter on the deviation x and the bias b of a fault entry, at a given growth rate.
+
+use domain::normal;
+
+/// Standardised innovations beyond this are treated as outliers.
+const OUTLIER: f64 = 3.0;
+
+/// The linear step x <- growth x + drive b + N(0, noise), b <- b: the exact solution of
+/// dx = (lambda x + b) dt + sigma_w dW, so that one long step and many short ones agree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Transition {
+    /// exp(lambda dt).
+    pub growth: f64,
+    /// (exp(lambda dt) - 1) / lambda, h.
+    pub drive: f64,
+    /// sigma_w^2 (exp(2 lambda dt) - 1) / (2 lambda).
+    pub noise: f64,
+}
+
+impl Transition {
+    /// Of `dt_h` hours at a rate `rate_per_h` > 0.
+    pub fn new(rate_per_h: f64, process_noise: f64, dt_h: f64) -> Self {
+        let grown = libm::expm1(rate_per_h * dt_h);
+        let growth = 1.0 + grown;
+        let drive = grown / rate_per_h;
+        Self { growth, drive, noise: process_noise * process_noise * drive * 0.5 * (growth + 1.0) }
+    }
+}
+
+/// The mean of a block of observations of one entry, as a deviation from nominal.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Measurement {
+    /// Trimmed mean.
+    pub value: f64,
+    /// Its variance.
+    pub variance: f64,
+    /// Standard deviation of a single observation.
+    pub sigma: f64,
+    /// Whether each observation was clipped at zero.
+    pub clipped: bool,
+}
+
+/// Gaussian belief about (x, b).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Track {
+    pub x: f64,
+    pub b: f64,
+    pub p_xx: f64,
+    pub p_xb: f64,
+    pub p_bb: f64,
+}
+
+impl Track {
+    /// Carries the belief over a step.
+    pub fn predict(&mut self, step: &Transition) {
+        let Transition { growth, drive, noise } = *step;
+        self.x = growth * self.x + drive * self.b;
+        self.p_xx = growth * growth * self.p_xx + 2.0 * growth * drive * self.p_xb + drive * drive * self.p_bb + noise;
+        self.p_xb = growth * self.p_xb + drive * self.p_bb;
+    }
+
+    /// Corrects the belief by a measurement and returns its log-likelihood, up to a constant.
+    ///
+    /// An outlier counts as linear in its size (Huber), and its variance is raised in the gain.
+    pub fn correct(&mut self, measured: &Measurement) -> f64 {
+        let (expected, slope) = expectation(self.x, measured);
+        let innovation = measured.value - expected;
+        let spread = slope * slope * self.p_xx;
+        let variance = spread + measured.variance;
+        let z2 = innovation * innovation / variance;
+        let limit = OUTLIER * OUTLIER;
+        let robust = spread + measured.variance * f64::max(1.0, z2 / limit);
+        let (gain_x, gain_b) = (slope * self.p_xx / robust, slope * self.p_xb / robust);
+        self.x += gain_x * innovation;
+        self.b += gain_b * innovation;
+        self.p_bb -= gain_b * slope * self.p_xb;
+        self.p_xb -= gain_x * slope * self.p_xb;
+        self.p_xx -= gain_x * slope * self.p_xx;
+        let rho = if z2 < limit { z2 } else { 2.0 * OUTLIER * z2.sqrt() - limit };
+        -0.5 * (libm::log(variance) + rho)
+    }
+}
+
+/// Mean of one observation and its slope in x: h(x) = r phi(x/r) + x Phi(x/r), h'(x) = Phi(x/r)
+/// where it is clipped at zero, else x itself.
+fn expectation(x: f64, measured: &Measurement) -> (f64, f64) {
+    if !measured.clipped {
+        return (x, 1.0);
+    }
+    let z = x / measured.sigma;
+    let slope = normal::cumulative(z);
+    (measured.sigma * normal::density(z) + x * slope, slope)
+}

@@ -1,0 +1,64 @@
+//! How good forecasts are, judged on finished lives.
+//!
+//! A forecast is a set of draws of remaining useful life; `None` is censored: beyond the horizon,
+//! which counts as the horizon where a number is needed and as outside any band.
+//! Source: Saxena et al. 2010 for the prognostic metrics, Gneiting and Raftery 2007 for scores.
+
+/// Continuous ranked probability score, flight hours: mean |x - y| - mean |x - x'| / 2 over all
+/// pairs of draws, with draws and truth cut at the horizon.
+pub fn crps_fh(draws: &[Option<f64>], truth_fh: f64, horizon_fh: f64) -> f64 {
+    let sorted = cut(draws, horizon_fh);
+    let truth_fh = truth_fh.min(horizon_fh);
+    let n = sorted.len() as f64;
+    let distance: f64 = sorted.iter().map(|x| (x - truth_fh).abs()).sum();
+    let spread: f64 = sorted.iter().enumerate().map(|(i, x)| (2.0 * i as f64 + 1.0 - n) * x).sum();
+    distance / n - spread / (n * n)
+}
+
+/// The draws in ascending order, censored ones at the horizon.
+fn cut(draws: &[Option<f64>], horizon_fh: f64) -> Vec<f64> {
+    let mut sorted: Vec<f64> = draws.iter().map(|draw| draw.unwrap_or(horizon_fh).min(horizon_fh)).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted
+}
+
+/// Pinball loss of a quantile of `level`.
+pub fn pinball_fh(quantile_fh: f64, level: f64, truth_fh: f64) -> f64 {
+    let excess = truth_fh - quantile_fh;
+    f64::max(level * excess, (level - 1.0) * excess)
+}
+
+/// Probability integral transform: share of the draws below the truth, ties counted half.
+pub fn pit(draws: &[Option<f64>], truth_fh: f64) -> f64 {
+    let place = |draw: &Option<f64>| match draw {
+        Some(end) if *end < truth_fh => 1.0,
+        Some(end) if *end == truth_fh => 0.5,
+        _ => 0.0,
+    };
+    draws.iter().map(place).sum::<f64>() / draws.len() as f64
+}
+
+/// Whether the central interval of probability `level` holds the truth.
+pub fn covers(draws: &[Option<f64>], level: f64, truth_fh: f64) -> bool {
+    let tail = 0.5 * (1.0 - level);
+    let rank = pit(draws, truth_fh);
+    (tail..=1.0 - tail).contains(&rank)
+}
+
+/// Relative error of a predicted life; positive when it is too long.
+pub fn relative_error(predicted_fh: f64, truth_fh: f64) -> f64 {
+    (predicted_fh - truth_fh) / truth_fh
+}
+
+/// Relative accuracy 1 - |error| / truth of the mean; the cumulative one is its mean over predictions.
+pub fn relative_accuracy(draws: &[Option<f64>], truth_fh: f64, horizon_fh: f64) -> f64 {
+    let mean = draws.iter().map(|draw| draw.unwrap_or(horizon_fh)).sum::<f64>() / draws.len() as f64;
+    1.0 - relative_error(mean, truth_fh).abs()
+}
+
+/// Share of the draws strictly within `alpha` x truth of the truth.
+pub fn fraction_within(draws: &[Option<f64>], alpha: f64, truth_fh: f64) -> f64 {
+    let (low, high) = (truth_fh - alpha * truth_fh, truth_fh + alpha * truth_fh);
+    let inside = draws.iter().flatten().filter(|&&end| low < end && end < high).count();
+    inside as f64 / draws.len() as f64
+}

@@ -1,0 +1,220 @@
+//! What the filter knows about a life at the centre of its last block.
+
+use domain::{FaultGroup, FaultModel, FaultTrend, Propagation, Stream};
+
+use crate::{
+    filter::{Axis, Bank, Filter, normalised},
+    kalman::Track,
+};
+
+/// The estimator's name in reports.
+const ESTIMATOR: &str = "rbg";
+/// Columns of B: u = [1, load, temperature].
+const INPUTS: usize = 3;
+
+/// A mixture over (dominant group, rates) of Gaussians in (deviation, bias).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Posterior {
+    pub(crate) model: FaultModel,
+    pub(crate) rates_per_h: Vec<f64>,
+    pub(crate) process_noise: f64,
+    t_fh: f64,
+    observations: usize,
+    pub(crate) modes: Vec<ModePosterior>,
+}
+
+/// One group of the fault model.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ModePosterior {
+    pub dominant_probability: f64,
+    pub minor: BankPosterior,
+    pub dominant: BankPosterior,
+}
+
+/// One group under one hypothesis.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct BankPosterior {
+    /// Probability of each rate.
+    pub weights: Vec<f64>,
+    pub axes: Vec<Axis>,
+}
+
+/// What is known about one entry of the fault vector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EntryEstimate {
+    /// Deviation from nominal; one-sided entries are never below zero.
+    pub deviation: Moments,
+    /// Present growth, 1/h.
+    pub trend_per_h: Moments,
+    /// Growth rate lambda, 1/h.
+    pub rate_per_h: Moments,
+    /// Bias b, 1/h.
+    pub bias_per_h: Moments,
+}
+
+/// Mean and standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moments {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+}
+
+/// One draw from the posterior, per entry of the fault vector.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Draw {
+    /// Which rate of the grid.
+    pub rates: Vec<usize>,
+    /// Deviation from nominal at the centre of the last block.
+    pub deviation: Vec<f64>,
+    /// Bias, 1/h.
+    pub bias_per_h: Vec<f64>,
+}
+
+impl Posterior {
+    pub(crate) fn of(filter: &Filter) -> Self {
+        let bank = |bank: &Bank| BankPosterior { weights: normalised(&bank.log_weights), axes: bank.axes.clone() };
+        let modes = filter.modes.iter().zip(normalised(&filter.log_dominance())).map(|(mode, dominant_probability)| {
+            ModePosterior { dominant_probability, minor: bank(&mode.minor), dominant: bank(&mode.dominant) }
+        });
+        Self {
+            modes: modes.collect(),
+            model: filter.model.clone(),
+            rates_per_h: filter.rates_per_h.clone(),
+            process_noise: filter.process_noise,
+            t_fh: filter.t_fh,
+            observations: filter.observations,
+        }
+    }
+
+    /// The time that it belongs to, hours since the start of the life: the centre of the last block.
+    pub fn t_fh(&self) -> f64 {
+        self.t_fh
+    }
+
+    /// Probability of each group of the fault model being the dominant one.
+    pub fn dominance(&self) -> Vec<f64> {
+        self.modes.iter().map(|mode| mode.dominant_probability).collect()
+    }
+
+    /// What is known about each entry of the fault vector.
+    pub fn entries(&self) -> Vec<EntryEstimate> {
+        let mut entries = vec![None; self.model.len()];
+        for (mode, group) in self.modes.iter().zip(&self.model.groups) {
+            for axis in 0..mode.minor.axes.len() {
+                let mut estimate = self.entry(mode, axis);
+                if matches!(group, FaultGroup::OneSided { .. }) {
+                    estimate.deviation.mean = estimate.deviation.mean.max(0.0);
+                }
+                entries[mode.minor.axes[axis].entry] = Some(estimate);
+            }
+        }
+        entries.into_iter().map(|entry| entry.expect("every entry of the fault vector is in one group")).collect()
+    }
+
+    fn entry(&self, mode: &ModePosterior, axis: usize) -> EntryEstimate {
+        let parts = || mode.mixture(axis).map(|(weight, rate, track)| (weight, self.rates_per_h[rate], track));
+        EntryEstimate {
+            deviation: Moments::of(parts().map(|(weight, _, track)| (weight, track.x, track.p_xx))),
+            trend_per_h: Moments::of(parts().map(|(weight, rate, track)| {
+                let variance = rate * rate * track.p_xx + 2.0 * rate * track.p_xb + track.p_bb;
+                (weight, rate * track.x + track.b, variance)
+            })),
+            rate_per_h: Moments::of(parts().map(|(weight, rate, _)| (weight, rate, 0.0))),
+            bias_per_h: Moments::of(parts().map(|(weight, _, track)| (weight, track.b, track.p_bb))),
+        }
+    }
+
+    /// The filtered fault vector with its present trends, as users see it.
+    pub fn trends(&self) -> Vec<FaultTrend> {
+        let named = self.model.names.iter().zip(&self.model.nominal).zip(self.entries());
+        named
+            .map(|((name, nominal), entry)| FaultTrend {
+                name: name.clone(),
+                value: nominal + entry.deviation.mean,
+                sigma: entry.deviation.sigma,
+                trend_per_1000_fh: 1000.0 * entry.trend_per_h.mean,
+            })
+            .collect()
+    }
+
+    /// The refitted propagation x' = A x + B u (Berri 2021, eq. 2.26): A is diagonal with the
+    /// rates, the first column of B holds the biases, which absorb load and temperature.
+    pub fn propagation(&self) -> Propagation {
+        let entries = self.entries();
+        let n = entries.len();
+        let diagonal = |value: fn(&EntryEstimate) -> f64| {
+            let row = |i: usize| (0..n).map(|j| if i == j { value(&entries[i]) } else { 0.0 }).collect();
+            (0..n).map(row).collect()
+        };
+        let first_column = |value: fn(&EntryEstimate) -> f64| {
+            let row = |entry| (0..INPUTS).map(|j| if j == 0 { value(entry) } else { 0.0 }).collect();
+            entries.iter().map(row).collect()
+        };
+        Propagation {
+            state_matrix: diagonal(|entry| entry.rate_per_h.mean),
+            state_matrix_sigma: diagonal(|entry| entry.rate_per_h.sigma),
+            control_matrix: first_column(|entry| entry.bias_per_h.mean),
+            control_matrix_sigma: first_column(|entry| entry.bias_per_h.sigma),
+            estimator: ESTIMATOR.to_owned(),
+            observations: self.observations,
+        }
+    }
+
+    /// One draw: the dominant group, then a rate for each group, then deviation and bias.
+    pub(crate) fn draw(&self, stream: &mut Stream) -> Draw {
+        let n = self.model.len();
+        let mut draw = Draw { rates: vec![0; n], deviation: vec![0.0; n], bias_per_h: vec![0.0; n] };
+        let dominant = pick(self.modes.iter().map(|mode| mode.dominant_probability), stream);
+        for (group, mode) in self.modes.iter().enumerate() {
+            let bank = if group == dominant { &mode.dominant } else { &mode.minor };
+            let rate = pick(bank.weights.iter().copied(), stream);
+            for axis in &bank.axes {
+                let track = &axis.tracks[rate];
+                let (z_x, z_b) = (stream.normal(), stream.normal());
+                let x_sd = track.p_xx.sqrt();
+                let shared = track.p_xb / x_sd;
+                let b_sd = (track.p_bb - shared * shared).max(0.0).sqrt();
+                draw.rates[axis.entry] = rate;
+                draw.deviation[axis.entry] = track.x + x_sd * z_x;
+                draw.bias_per_h[axis.entry] = track.b + shared * z_x + b_sd * z_b;
+            }
+        }
+        draw
+    }
+}
+
+impl ModePosterior {
+    /// (weight, rate, belief) of every component of the mixture of one axis.
+    fn mixture(&self, axis: usize) -> impl Iterator<Item = (f64, usize, &Track)> {
+        let hypotheses = [(1.0 - self.dominant_probability, &self.minor), (self.dominant_probability, &self.dominant)];
+        hypotheses.into_iter().flat_map(move |(probability, bank)| {
+            let tracks = bank.weights.iter().zip(&bank.axes[axis].tracks).enumerate();
+            tracks.map(move |(rate, (weight, track))| (probability * weight, rate, track))
+        })
+    }
+}
+
+impl Moments {
+    /// Of a mixture of (weight, mean, variance), weights summing to one.
+    fn of(parts: impl Iterator<Item = (f64, f64, f64)>) -> Self {
+        let parts: Vec<_> = parts.collect();
+        let mean: f64 = parts.iter().map(|(weight, mean, _)| weight * mean).sum();
+        let variance = |(weight, part, variance): &(f64, f64, f64)| weight * (variance + (part - mean) * (part - mean));
+        Self { mean, sigma: parts.iter().map(variance).sum::<f64>().sqrt() }
+    }
+}
+
+/// An index with probability as given; the last takes what rounding leaves over.
+fn pick(probabilities: impl ExactSizeIterator<Item = f64>, stream: &mut Stream) -> usize {
+    let last = probabilities.len() - 1;
+    let mut left = stream.uniform();
+    for (index, probability) in probabilities.enumerate() {
+        left -= probability;
+        if left < 0.0 {
+            return index;
+        }
+    }
+    last
+}
