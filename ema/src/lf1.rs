@@ -1,0 +1,94 @@
+//! First low-fidelity model of motor and drive: the active pair as one phase.
+//!
+//! What: a single RL circuit between +V_s and -V_s, relay-controlled, whose parameters follow the rotor.
+//! Update rule, explicit: V = V_s sign(i_ref - i); L di/dt = V - k w - R i; T = k i, limited; for the active pair
+//! (p, n) k = k_nom/2 sum N_j (1 + zeta cos(...)), R = R_nom/2 sum N_j, L = L_nom/2 sum N_j^2.
+//! Requirements: time step of 2 microseconds, at most 5.
+//! Source: Berri 2021, section 3.2 (eq. 3.37, 3.38, 3.40), with the sum over the pair in place of the
+//! fitted shape functions 3.46 and 3.48: it is what the high-fidelity model does between commutations.
+
+use crate::{
+    commutation::{ACTIVE_PAIRS, BINS, bin_edge_rad, sector},
+    controller::{AntiWindup, clip},
+    faults::ElectricalFaults,
+    motor::Motor,
+    simulation::{Drive, Electrical, Terminal},
+};
+
+/// Single-phase motor and relay.
+#[derive(Debug, Clone)]
+pub(crate) struct LowFidelity1 {
+    bins: Vec<PairInBin>,
+    supply: f64,
+    torque_max: f64,
+    current: f64,
+    pair: PairInBin,
+}
+
+/// The active pair within one bin.
+#[derive(Debug, Clone, Copy)]
+struct PairInBin {
+    back_emf: f64,
+    back_emf_slope: f64,
+    resistance: f64,
+    inverse_inductance: f64,
+}
+
+impl LowFidelity1 {
+    /// The integral of the speed loop is never stopped.
+    pub const ANTI_WINDUP: AntiWindup = AntiWindup::None;
+
+    /// Without current.
+    pub fn new(motor: &Motor, faults: &ElectricalFaults) -> Self {
+        let bins: Vec<_> = (0..BINS).map(|bin| PairInBin::new(motor, faults, bin)).collect();
+        Self { pair: bins[0], bins, supply: motor.supply_v, torque_max: motor.torque_max_nm, current: 0.0 }
+    }
+}
+
+impl Drive for LowFidelity1 {
+    #[inline]
+    fn enter(&mut self, bin: usize) {
+        self.pair = self.bins[bin];
+    }
+
+    #[inline]
+    fn step(&mut self, terminal: Terminal) -> Electrical {
+        let Terminal { current_reference_a, speed_rad_s, way, step_s } = terminal;
+        let current_a = self.current;
+        let error = current_reference_a - current_a;
+        let voltage_v = if error > 0.0 {
+            self.supply
+        } else if error < 0.0 {
+            -self.supply
+        } else {
+            0.0
+        };
+        let k = self.pair.back_emf + way * self.pair.back_emf_slope;
+        let slope = (voltage_v - k * speed_rad_s - self.pair.resistance * current_a) * self.pair.inverse_inductance;
+        self.current += step_s * slope;
+        Electrical {
+            torque_nm: clip(k * current_a, self.torque_max),
+            voltage_v,
+            current_a,
+            next_current_a: self.current,
+        }
+    }
+}
+
+impl PairInBin {
+    fn new(motor: &Motor, faults: &ElectricalFaults, bin: usize) -> Self {
+        let healthy = faults.healthy();
+        let (p, n) = ACTIVE_PAIRS[sector(bin)];
+        let back_emf = |edge: usize| {
+            let flux = faults.flux_factors(bin_edge_rad(edge));
+            motor.phase_back_emf_v_s_rad() * (healthy[p] * flux[p] + healthy[n] * flux[n])
+        };
+        let inductance = motor.phase_inductance_h() * (healthy[p] * healthy[p] + healthy[n] * healthy[n]);
+        Self {
+            back_emf: back_emf(bin),
+            back_emf_slope: back_emf(bin + 1) - back_emf(bin),
+            resistance: motor.phase_resistance_ohm() * (healthy[p] + healthy[n]),
+            inverse_inductance: 1.0 / inductance,
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! Response of the actuator over time.
+
+use crate::{
+    faults::ElectricalFaults,
+    manoeuvre::Manoeuvre,
+    motor::Motor,
+    simulation::{Model, Observer, Sample, Settings, simulate},
+};
+
+/// One recorded instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ResponsePoint {
+    /// Time, s.
+    pub time_s: f64,
+    /// Commanded output angle, rad.
+    pub command_rad: f64,
+    /// Output angle, rad.
+    pub output_rad: f64,
+    /// Motor speed, rad/s.
+    pub speed_rad_s: f64,
+    /// Current of the active pair, A.
+    pub current_a: f64,
+}
+
+/// The response of a model to a manoeuvre, recorded every `interval_s` (at least one step).
+pub fn simulate_response(
+    model: Model,
+    motor: &Motor,
+    faults: &ElectricalFaults,
+    manoeuvre: &Manoeuvre,
+    settings: &Settings,
+    interval_s: f64,
+) -> Vec<ResponsePoint> {
+    let mut recorder = Recorder { interval_s, step: 0, points: Vec::new() };
+    simulate(model, motor, faults, manoeuvre, settings, &mut recorder);
+    recorder.points
+}
+
+struct Recorder {
+    interval_s: f64,
+    step: u64,
+    points: Vec<ResponsePoint>,
+}
+
+impl Observer for Recorder {
+    fn observe(&mut self, sample: &Sample) {
+        // The centre of the step decides, so that rounding cannot skip or double a point.
+        if (self.step as f64 + 0.5) * sample.step_s >= self.points.len() as f64 * self.interval_s {
+            self.points.push(ResponsePoint {
+                time_s: self.step as f64 * sample.step_s,
+                command_rad: sample.command_rad,
+                output_rad: sample.output_rad,
+                speed_rad_s: sample.speed_rad_s,
+                current_a: sample.current_a,
+            });
+        }
+        self.step += 1;
+    }
+}

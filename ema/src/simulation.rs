@@ -1,0 +1,249 @@
+//! Runs a model of the actuator through a manoeuvre.
+
+use crate::{
+    back_emf::{BackEmfMap, MapAccumulator},
+    commutation::BINS,
+    controller::Controller,
+    faults::ElectricalFaults,
+    high_fidelity::HighFidelity,
+    lf1::LowFidelity1,
+    manoeuvre::{Manoeuvre, TICK_S, Ticks},
+    motor::Motor,
+    shaft::Shaft,
+};
+
+/// Which model of motor and drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Model {
+    /// Three phases, each switched by its own hysteresis controller.
+    HighFidelity,
+    /// One equivalent phase: the active pair.
+    LowFidelity1,
+}
+
+impl Model {
+    /// Time step that the model is validated with, s.
+    pub fn step_s(self) -> f64 {
+        match self {
+            Self::HighFidelity => 1e-6,
+            Self::LowFidelity1 => 2e-6,
+        }
+    }
+}
+
+/// How long and how finely to simulate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Time step, s; used is the nearest whole fraction of 10 microseconds.
+    pub step_s: f64,
+    /// Simulated time, s.
+    pub duration_s: f64,
+}
+
+impl Settings {
+    /// The model's own step over a duration, s.
+    pub fn new(model: Model, duration_s: f64) -> Self {
+        Self { step_s: model.step_s(), duration_s }
+    }
+}
+
+/// What happens in one time step. Electrical values are those of the active pair, signed so that a
+/// positive current makes a positive torque.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample {
+    /// Length of the step, s.
+    pub step_s: f64,
+    /// Electrical degree of the rotor at the beginning.
+    pub bin: usize,
+    /// V_p - V_n during the step, V.
+    pub voltage_v: f64,
+    /// (i_p - i_n)/2 at the beginning, A.
+    pub current_a: f64,
+    /// The same at the end, A.
+    pub next_current_a: f64,
+    /// Motor speed at the beginning, rad/s.
+    pub speed_rad_s: f64,
+    /// Commanded output angle, rad.
+    pub command_rad: f64,
+    /// Output angle at the beginning, rad.
+    pub output_rad: f64,
+}
+
+/// Looks on while a simulation runs.
+pub trait Observer {
+    /// Sees every step, in order.
+    fn observe(&mut self, sample: &Sample);
+
+    /// Whether the simulation may stop; asked every ten microseconds.
+    fn done(&self) -> bool {
+        false
+    }
+}
+
+/// What a model of motor and drive does in one step.
+pub(crate) struct Electrical {
+    pub torque_nm: f64,
+    pub voltage_v: f64,
+    pub current_a: f64,
+    pub next_current_a: f64,
+}
+
+/// State of motor and drive at the beginning of a step.
+#[derive(Clone, Copy)]
+pub(crate) struct Terminal {
+    pub current_reference_a: f64,
+    pub speed_rad_s: f64,
+    /// Way into the bin as a fraction of its width.
+    pub way: f64,
+    pub step_s: f64,
+}
+
+/// A model of motor and drive.
+pub(crate) trait Drive {
+    /// The rotor has entered a bin.
+    fn enter(&mut self, bin: usize);
+
+    /// Advances the currents by one step.
+    fn step(&mut self, terminal: Terminal) -> Electrical;
+}
+
+/// Runs `model` and shows every step to `observer`.
+pub fn simulate(
+    model: Model,
+    motor: &Motor,
+    faults: &ElectricalFaults,
+    manoeuvre: &Manoeuvre,
+    settings: &Settings,
+    observer: &mut impl Observer,
+) {
+    let shaft = Shaft::new(motor, faults, manoeuvre.start_rad);
+    match model {
+        Model::HighFidelity => {
+            let noise_a = libm::hypot(motor.current_noise_a, manoeuvre.current_noise_a);
+            let run = Run {
+                controller: Controller::new(motor, HighFidelity::ANTI_WINDUP),
+                shaft: shaft.with_stribeck(motor),
+                rotor: Rotor::new(motor),
+                ticks: Ticks::new(manoeuvre, noise_a),
+            };
+            run.to_the_end(HighFidelity::new(motor, faults), settings, observer);
+        }
+        Model::LowFidelity1 => {
+            let run = Run {
+                controller: Controller::new(motor, LowFidelity1::ANTI_WINDUP),
+                shaft,
+                rotor: Rotor::new(motor),
+                ticks: Ticks::new(manoeuvre, 0.0),
+            };
+            run.to_the_end(LowFidelity1::new(motor, faults), settings, observer);
+        }
+    }
+}
+
+/// The back-EMF map of an actuator under a manoeuvre, estimated with its own nominal parameters.
+pub fn simulate_map(
+    model: Model,
+    motor: &Motor,
+    faults: &ElectricalFaults,
+    manoeuvre: &Manoeuvre,
+    settings: &Settings,
+) -> BackEmfMap {
+    let mut map = MapAccumulator::new(motor);
+    simulate(model, motor, faults, manoeuvre, settings, &mut map);
+    map.map()
+}
+
+/// The same, stopped as soon as each of `bins` has its `passes`: what one upload of an aircraft needs.
+pub fn simulate_map_until(
+    model: Model,
+    motor: &Motor,
+    faults: &ElectricalFaults,
+    manoeuvre: &Manoeuvre,
+    settings: &Settings,
+    (bins, passes): (&[usize], u32),
+) -> BackEmfMap {
+    let mut map = MapAccumulator::new(motor).until(bins, passes);
+    simulate(model, motor, faults, manoeuvre, settings, &mut map);
+    map.map()
+}
+
+struct Run<'a> {
+    controller: Controller,
+    shaft: Shaft,
+    rotor: Rotor,
+    ticks: Ticks<'a>,
+}
+
+impl Run<'_> {
+    fn to_the_end(mut self, mut drive: impl Drive, settings: &Settings, observer: &mut impl Observer) {
+        let steps = (TICK_S / settings.step_s).round().max(1.0);
+        let step_s = TICK_S / steps;
+        self.rotor.turn_to(self.shaft.motor_rad());
+        drive.enter(self.rotor.bin());
+        for _ in 0..(settings.duration_s / TICK_S).round() as u64 {
+            let tick = self.ticks.next_tick();
+            for _ in 0..steps as u32 {
+                let way = self.rotor.way(self.shaft.motor_rad());
+                let clean_a = self.controller.current_reference_a(tick.command_rad, &self.shaft, step_s);
+                let current_reference_a = clean_a + tick.current_noise_a;
+                let speed_rad_s = self.shaft.speed_rad_s();
+                let electrical = drive.step(Terminal { current_reference_a, speed_rad_s, way, step_s });
+                observer.observe(&Sample {
+                    step_s,
+                    bin: self.rotor.bin(),
+                    voltage_v: electrical.voltage_v,
+                    current_a: electrical.current_a,
+                    next_current_a: electrical.next_current_a,
+                    speed_rad_s,
+                    command_rad: tick.command_rad,
+                    output_rad: self.shaft.output_rad(),
+                });
+                self.shaft.step(electrical.torque_nm, tick.load_nm, step_s);
+                if self.rotor.has_left(self.shaft.motor_rad()) {
+                    self.rotor.turn_to(self.shaft.motor_rad());
+                    drive.enter(self.rotor.bin());
+                }
+            }
+            if observer.done() {
+                return;
+            }
+        }
+    }
+}
+
+/// The bin of the map that the rotor is in.
+struct Rotor {
+    width: f64,
+    inverse_width: f64,
+    lower: f64,
+    bin: usize,
+}
+
+impl Rotor {
+    fn new(motor: &Motor) -> Self {
+        let width = std::f64::consts::TAU / (motor.pole_pairs * BINS as f64);
+        Self { width, inverse_width: 1.0 / width, lower: 0.0, bin: 0 }
+    }
+
+    fn bin(&self) -> usize {
+        self.bin
+    }
+
+    /// Way into the bin as a fraction of its width.
+    #[inline]
+    fn way(&self, motor_rad: f64) -> f64 {
+        (motor_rad - self.lower) * self.inverse_width
+    }
+
+    #[inline]
+    fn has_left(&self, motor_rad: f64) -> bool {
+        let way = self.way(motor_rad);
+        !(0.0..1.0).contains(&way)
+    }
+
+    fn turn_to(&mut self, motor_rad: f64) {
+        let index = (motor_rad * self.inverse_width).floor();
+        self.lower = index * self.width;
+        self.bin = (index as i64).rem_euclid(BINS as i64) as usize;
+    }
+}
