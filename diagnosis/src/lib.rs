@@ -1,1 +1,22 @@
-//! From coefficients to the fault vector: MLP, Levenberg-Marquardt, uncertainty, plausibility.
+//! State Detection and Health Assessment: from samples of a back-EMF map to the fault vector, its
+//! uncertainty, and whether the samples can be believed.
+//!
+//! Online: [`Diagnoser::diagnose`], plain loops in a fixed order with libm, the same bits anywhere.
+//! Offline: [`train`] makes a [`Diagnoser`] from maps of known faults; [`validate`] measures one.
+
+pub mod chi_square;
+pub mod diagnoser;
+pub mod error_law;
+pub mod levenberg_marquardt;
+pub mod load_variation;
+pub mod mlp;
+mod mlp_fit;
+pub mod training;
+pub mod validation;
+
+pub use diagnoser::{Diagnoser, MapKind, Measurement};
+pub use error_law::ErrorLaw;
+pub use load_variation::LoadVariation;
+pub use mlp::Mlp;
+pub use training::{TrainingError, TrainingMap, TrainingSet, TrainingSettings, train};
+pub use validation::{LoadInput, Validation, ValidationSettings, validate};
