@@ -9,14 +9,16 @@ pub mod diagnoser;
 pub mod error_law;
 pub mod levenberg_marquardt;
 pub mod load_variation;
+pub mod map_reader;
 pub mod mlp;
 mod mlp_fit;
 pub mod training;
 pub mod validation;
 
-pub use diagnoser::{Diagnoser, MapKind, Measurement};
+pub use diagnoser::Diagnoser;
 pub use error_law::ErrorLaw;
 pub use load_variation::LoadVariation;
+pub use map_reader::{MapKind, MapReader, Measurement, Reading};
 pub use mlp::Mlp;
 pub use training::{TrainingError, TrainingMap, TrainingSet, TrainingSettings, train};
 pub use validation::{LoadInput, Validation, ValidationSettings, validate};

@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    Diagnoser, ErrorLaw, LoadInput, LoadVariation, MapKind, Mlp,
-    diagnoser::{coefficients, fault_gains},
+    Diagnoser, ErrorLaw, LoadInput, LoadVariation, MapKind, MapReader, Mlp,
+    diagnoser::fault_gains,
     error_law::CalibrationPoint,
     levenberg_marquardt::StopRule,
     mlp_fit::{Examples, FitSettings, fit},
@@ -26,7 +26,7 @@ use crate::{
 };
 
 /// Noise of the calibration diagnoses over the nominal one, so that the law follows the noise of an upload.
-const CALIBRATION_NOISES: [f64; 3] = [0.5, 1.0, 2.0];
+const CALIBRATION_NOISES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 
 /// A map of known faults.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +56,7 @@ impl TrainingMap {
     }
 
     /// The same load-invariant map under another load.
-    fn under_load(&self, variation: &LoadVariation, model: &FaultModel, stream: &mut Stream) -> Self {
+    pub fn under_load(&self, variation: &LoadVariation, model: &FaultModel, stream: &mut Stream) -> Self {
         let r = variation.vary(&self.r, stream);
         let shift = (r.iter().sum::<f64>() - self.r.iter().sum::<f64>()) / r.len() as f64;
         let raw = |(y, r): (&f64, &f64)| load_invariant::to_raw(*y, *r);
@@ -118,9 +118,9 @@ impl TrainingSettings {
             hidden: 14,
             noise: 0.01,
             least_floor: 0.001,
-            realisations: 6,
-            restarts: 2,
-            steps: 60,
+            realisations: 8,
+            restarts: 4,
+            steps: 100,
             held_out: 0.15,
             load: LoadVariation::REFERENCE_ACTUATOR,
         }
@@ -193,18 +193,21 @@ pub fn train(set: &TrainingSet, settings: &TrainingSettings, stream: &Stream) ->
     let values: Vec<Vec<f64>> = snapshots.iter().map(|map| map.values(settings.kind)).collect();
     let basis = PodBasis::train(&values, settings.modes)?;
     let gappy = GappyPod::new(&basis, set.mask)?;
-    let floor = trainer.floor(&gappy, calibration);
-    let fitted = trainer.examples(&gappy, floor, &fitted, Purpose::Noise);
-    let held_out = trainer.examples(&gappy, floor, &held_out, Purpose::HeldOutNoise);
+    let reader = MapReader {
+        kind: settings.kind,
+        noise: settings.noise,
+        floor: trainer.floor(&gappy, calibration),
+        mean_load_offset: mean_load_offset(set.maps),
+    };
+    let fitted = trainer.examples(&gappy, &reader, &fitted, Purpose::Noise);
+    let held_out = trainer.examples(&gappy, &reader, &held_out, Purpose::HeldOutNoise);
     let mlp = trainer.network(&basis, &fitted, &held_out);
     let uncalibrated = ErrorLaw { weights: vec![[0.0, 1.0, 0.0]; set.fault_model.len()] };
     let diagnoser = Diagnoser {
         fault_model: set.fault_model.clone(),
-        kind: settings.kind,
+        reader,
         basis,
         mlp,
-        noise: settings.noise,
-        floor,
         error_law: uncalibrated.clone(),
         mean_load_error_law: uncalibrated,
     };
@@ -234,6 +237,12 @@ fn check(set: &TrainingSet) -> Result<(), TrainingError> {
         }
     }
     Ok(())
+}
+
+/// Mean over the maps of mean of the bins' load ratios less the map's mean load ratio.
+fn mean_load_offset(maps: &[TrainingMap]) -> f64 {
+    let offset = |map: &TrainingMap| map.r.iter().sum::<f64>() / map.r.len() as f64 - map.mean_r;
+    maps.iter().map(offset).sum::<f64>() / maps.len() as f64
 }
 
 /// One training: its material, settings and random numbers.
@@ -294,15 +303,15 @@ impl<'a> Trainer<'a> {
     }
 
     /// Coefficients of noisy samples, and the deviations from nominal that the map shows.
-    fn examples(&self, gappy: &GappyPod, floor: f64, maps: &[TrainingMap], purpose: Purpose) -> Examples {
-        let settings = self.settings;
+    fn examples(&self, gappy: &GappyPod, reader: &MapReader, maps: &[TrainingMap], purpose: Purpose) -> Examples {
         let example = |(index, map): (usize, &TrainingMap)| {
             let mut stream = stream_of(self.stream, purpose, index);
-            let upload = SimulatedUpload::of(map, self.set.mask, self.load_input(), settings.noise, &mut stream);
-            let (input, pair_gain) = coefficients(gappy, settings.kind, (settings.noise, floor), &upload.measurement());
-            let gains = fault_gains(self.set.fault_model, pair_gain);
+            let upload = SimulatedUpload::of(map, self.set.mask, self.load_input(), reader.noise, &mut stream);
+            let reading = reader.read(&upload.measurement());
+            let gains = fault_gains(self.set.fault_model, reading.pair_gain);
             let deviation = self.set.fault_model.deviation(&map.faults);
-            (input, deviation.iter().zip(gains).map(|(x, gain)| x / gain).collect())
+            let target = deviation.iter().zip(gains).map(|(x, gain)| x / gain).collect();
+            (gappy.fit(&reading.samples, Prior::Pod).coefficients, target)
         };
         let (inputs, targets) = maps.par_iter().enumerate().map(example).unzip();
         Examples { inputs, targets }
@@ -326,7 +335,8 @@ impl<'a> Trainer<'a> {
             let mut stream = stream_of(self.stream, Purpose::Calibration, index);
             let mut points = Vec::new();
             for factor in CALIBRATION_NOISES.repeat(repeats) {
-                let upload = SimulatedUpload::of(map, self.set.mask, load, factor * diagnoser.noise, &mut stream);
+                let upload =
+                    SimulatedUpload::of(map, self.set.mask, load, factor * diagnoser.reader.noise, &mut stream);
                 if let Ok(found) = diagnoser.assess(gappy, &upload.measurement()) {
                     points.push(
                         (0..map.faults.0.len())

@@ -149,7 +149,7 @@ mod tests {
     fn snapshots() -> Vec<Vec<f64>> {
         let map = |i: usize| {
             let (a, b, c) = ((i as f64).sin(), 0.5 * (2.3 * i as f64).cos(), 0.1 * (0.7 * i as f64).sin());
-            let at = |x: f64| 1.0 + a * x.sin() + b * x.cos() + c * (2.0 * x).sin();
+            let at = |x: f64| 1.0 + a * x.sin().exp() + b * x.cos().exp() + c * (2.0 * x).sin().exp();
             (0..48).map(|bin| at(bin as f64 * std::f64::consts::TAU / 48.0)).collect()
         };
         (0..40).map(map).collect()

@@ -1,0 +1,67 @@
+//! Agreement with an independent prototype.
+
+use std::path::{Path, PathBuf};
+
+use domain::{Coordinate, Mask};
+use reduction::{GappyPod, MaskDesign, ModeCount, PodBasis, Prior, Sample};
+use serde_json::Value;
+
+const K_NOM: f64 = 0.0752;
+
+fn golden() -> Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/ema/fdi_golden.json");
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    serde_json::from_value(value.clone()).unwrap()
+}
+
+fn bins(value: &Value) -> Vec<usize> {
+    serde_json::from_value(value.clone()).unwrap()
+}
+
+/// The folder of the large sets, or nothing with a word on standard output.
+fn data() -> Option<PathBuf> {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    let folder = std::env::var_os("ACTUARY_DATA").map_or(shared, PathBuf::from).join("ema");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("skipped: no data");
+    None
+}
+
+/// The maps of a dataset folder in units of k_nom.
+fn maps(folder: &Path) -> Vec<Vec<f64>> {
+    let text = std::fs::read_to_string(folder.join("Y.csv")).unwrap();
+    text.lines().map(|line| line.split(',').map(|y| y.parse::<f64>().unwrap() / K_NOM).collect()).collect()
+}
+
+#[test]
+fn the_uniform_mask_is_the_prototypes() {
+    let mask = MaskDesign { points: 30, exclusion_bins: 3 }.uniform(360).unwrap();
+    assert_eq!(mask.bins(), bins(&golden()["mask"]));
+}
+
+#[test]
+fn basis_mask_and_least_squares_coefficients_are_the_prototypes() {
+    let (Some(folder), golden) = (data(), golden()) else { return };
+    let basis = PodBasis::train(&maps(&folder.join("train_pair")), ModeCount::Fixed(9)).unwrap();
+    for (found, squared_singular_value) in basis.prior_variance().iter().zip(numbers(&golden["eigenvalues"])) {
+        assert!((found * 1000.0 / squared_singular_value - 1.0).abs() < 1e-6, "{found}");
+    }
+    let design = MaskDesign { points: 30, exclusion_bins: 3 };
+    assert_eq!(design.d_optimal(&basis).unwrap().bins(), bins(&golden["dopt_mask_flat"]));
+
+    let mask = Mask::new(Coordinate::ElectricalAngleRad, 360, bins(&golden["mask"])).unwrap();
+    let gappy = GappyPod::new(&basis, &mask).unwrap();
+    let expected: Vec<Vec<f64>> = serde_json::from_value(golden["alpha_hf5"].clone()).unwrap();
+    for (map, expected) in maps(&folder.join("val_hf")).iter().zip(expected) {
+        let samples: Vec<_> = mask.bins().iter().map(|bin| Some(Sample { value: map[*bin], sd: 1e-4 })).collect();
+        let found = gappy.fit(&samples, Prior::Flat).coefficients;
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+        }
+    }
+}
