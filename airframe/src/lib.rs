@@ -1,1 +1,7 @@
-//! Physics of the wing: loads from strain (lifting line, beam, fibre Bragg gratings).
+//! Physics of the wing: from the flight condition to the loads on its control surfaces.
+
+pub mod lifting_line;
+pub mod wing;
+
+pub use lifting_line::{Basis, LiftingLine, Loading};
+pub use wing::{ControlSurface, Planform, Wing};
