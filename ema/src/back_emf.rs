@@ -34,6 +34,15 @@ pub struct BackEmfMap {
     pub passes: Vec<u32>,
 }
 
+/// Bins that a simulation waits for, as an aircraft that fills a mask.
+#[derive(Debug, Clone, Copy)]
+pub struct Awaited<'a> {
+    /// The bins, each below [`BINS`]; a guard bin stands for the kept bin whose value it takes.
+    pub bins: &'a [usize],
+    /// Gated passes that each of them needs.
+    pub passes: u32,
+}
+
 /// Gathers passes; feed it by either model or by measurements.
 #[derive(Debug, Clone)]
 pub struct MapAccumulator {
@@ -94,12 +103,12 @@ impl MapAccumulator {
         }
     }
 
-    /// Is done as soon as each of `bins` has its `passes`, as an aircraft that fills a mask.
-    pub fn until(mut self, bins: &[usize], passes: u32) -> Self {
-        for &bin in bins {
+    /// Is done as soon as every awaited bin has its passes.
+    pub fn until(mut self, awaited: Awaited) -> Self {
+        for &bin in awaited.bins {
             self.awaited[kept_bin(bin)] = true;
         }
-        self.awaited_passes = passes;
+        self.awaited_passes = awaited.passes.max(1);
         self.lacking = Some(self.awaited.iter().filter(|awaited| **awaited).count());
         self
     }
@@ -200,4 +209,88 @@ fn kept_bin(bin: usize) -> usize {
     let position = position_in_sector(bin);
     let kept = position.clamp(GUARD_BINS, SECTOR_BINS - 1 - GUARD_BINS);
     (bin + BINS + kept - position) % BINS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One pass of one bin at a steady speed, with a back-EMF coefficient and a current.
+    fn pass(map: &mut MapAccumulator, bin: usize, speed_rad_s: f64, back_emf: f64, current_a: f64) {
+        let motor = Motor::default();
+        let (step_s, steps, slope) = (1e-6, 7, 300.0);
+        for step in 0..steps {
+            let current = current_a + slope * step_s * (f64::from(step) - 0.5 * f64::from(steps - 1));
+            let voltage_v = back_emf * speed_rad_s + motor.resistance_ohm * current + motor.inductance_h * slope;
+            map.observe(&Sample {
+                step_s,
+                bin,
+                voltage_v,
+                current_a: current,
+                next_current_a: current + slope * step_s,
+                speed_rad_s,
+                command_rad: 0.0,
+                output_rad: 0.0,
+            });
+        }
+    }
+
+    fn turn(map: &mut MapAccumulator, speed_rad_s: f64, back_emf: impl Fn(usize) -> f64) {
+        (0..=BINS).for_each(|bin| pass(map, bin % BINS, speed_rad_s, back_emf(bin % BINS), 2.0));
+    }
+
+    fn accumulator() -> MapAccumulator {
+        MapAccumulator::new(&Motor::default())
+    }
+
+    #[test]
+    fn a_linear_coefficient_is_recovered_where_the_window_is_whole() {
+        let k_nom = Motor::default().back_emf_v_s_rad;
+        let truth = |bin: usize| 1.0 + 1e-3 * position_in_sector(bin) as f64;
+        let mut accumulator = accumulator();
+        turn(&mut accumulator, -150.0, |bin| k_nom * truth(bin));
+        let map = accumulator.map();
+        for bin in (0..BINS).filter(|bin| (4..=55).contains(&position_in_sector(*bin))) {
+            assert!((map.y[bin].unwrap() - truth(bin)).abs() < 1e-12, "bin {bin}");
+            // r = R i/(k w) with the sign of motion.
+            assert!((map.r[bin].unwrap() + 2.13 * 2.0 / (k_nom * 150.0)).abs() < 1e-12);
+        }
+        assert!((map.mean_r.unwrap() - map.r[0].unwrap()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn guard_bins_take_the_nearest_kept_value_and_windows_stay_in_their_sector() {
+        let k_nom = Motor::default().back_emf_v_s_rad;
+        let mut accumulator = accumulator();
+        // Guard bins carry nonsense, sectors differ.
+        turn(&mut accumulator, 150.0, |bin| {
+            let sector = crate::commutation::sector(bin) as f64;
+            if kept_bin(bin) == bin { k_nom * (1.0 + sector) } else { 50.0 }
+        });
+        for (bin, y) in accumulator.map().y.iter().enumerate() {
+            let sector = crate::commutation::sector(bin) as f64;
+            assert!((y.unwrap() - 1.0 - sector).abs() < 1e-12, "bin {bin}: {y:?}");
+        }
+    }
+
+    #[test]
+    fn slow_passes_do_not_count() {
+        let mut accumulator = accumulator();
+        turn(&mut accumulator, 99.9, |_| 0.07);
+        let map = accumulator.map();
+        assert!(map.y.iter().chain(&map.r).all(Option::is_none));
+        assert_eq!((map.mean_r, map.passes), (None, vec![0; BINS]));
+    }
+
+    #[test]
+    fn a_map_is_done_with_the_last_awaited_pass() {
+        // Bin 31 is a guard bin of the commutation at 30: bin 32 stands for it.
+        let mut accumulator = accumulator().until(Awaited { bins: &[31, 100], passes: 2 });
+        turn(&mut accumulator, 150.0, |_| 0.07);
+        (0..=100).for_each(|bin| pass(&mut accumulator, bin, 150.0, 0.07, 1.0));
+        assert!(!accumulator.done());
+        pass(&mut accumulator, 101, 150.0, 0.07, 1.0);
+        assert!(accumulator.done());
+        assert_eq!(accumulator.map().passes[31], 2);
+    }
 }

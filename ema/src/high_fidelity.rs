@@ -9,6 +9,8 @@
 //! Source: Berri 2021, sections 3.1.2-3.1.5 and 3.1.11-3.1.12 (eq. 3.2-3.4, 3.12-3.14, 3.33-3.35), with
 //! the eccentricity a function of the electrical angle.
 
+use std::array::from_fn;
+
 use crate::{
     commutation::{BINS, bin_edge_rad, phase_signs, sector, trapezoid},
     controller::{AntiWindup, clip},
@@ -66,6 +68,13 @@ impl HighFidelity {
     fn pair_current(&self) -> f64 {
         0.5 * dot(&self.signs, &self.current)
     }
+
+    /// Voltage of a leg after its hysteresis controller has seen the current error.
+    #[inline]
+    fn switched_leg(&self, leg: usize, error: f64) -> f64 {
+        let held = if error < -self.band { 0.0 } else { self.leg_voltage[leg] };
+        if error > self.band { self.supply } else { held }
+    }
 }
 
 impl Drive for HighFidelity {
@@ -74,28 +83,20 @@ impl Drive for HighFidelity {
         let (lower, upper) = (&self.edges[bin], &self.edges[bin + 1]);
         self.signs = phase_signs(sector(bin));
         self.back_emf = *lower;
-        self.back_emf_slope = [upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]];
+        self.back_emf_slope = from_fn(|j| upper[j] - lower[j]);
     }
 
     #[inline]
     fn step(&mut self, terminal: Terminal) -> Electrical {
         let Terminal { current_reference_a, speed_rad_s, way, step_s } = terminal;
         let current_a = self.pair_current();
-        let mut torque = 0.0;
-        let mut driving = [0.0; 3];
-        for j in 0..3 {
-            let i = self.current[j];
-            let error = self.signs[j] * current_reference_a - i;
-            let held = if error < -self.band { 0.0 } else { self.leg_voltage[j] };
-            self.leg_voltage[j] = if error > self.band { self.supply } else { held };
-            let k = self.back_emf[j] + way * self.back_emf_slope[j];
-            torque += k * i;
-            driving[j] = self.leg_voltage[j] - k * speed_rad_s - self.resistance[j] * i;
-        }
+        let back_emf: [f64; 3] = from_fn(|j| self.back_emf[j] + way * self.back_emf_slope[j]);
+        let torque = dot(&back_emf, &self.current);
+        self.leg_voltage = from_fn(|j| self.switched_leg(j, self.signs[j] * current_reference_a - self.current[j]));
+        let driving: [f64; 3] =
+            from_fn(|j| self.leg_voltage[j] - back_emf[j] * speed_rad_s - self.resistance[j] * self.current[j]);
         let star_point = dot(&self.star, &driving);
-        for j in 0..3 {
-            self.current[j] += step_s * self.inverse_inductance[j] * (driving[j] - star_point);
-        }
+        self.current = from_fn(|j| self.current[j] + step_s * self.inverse_inductance[j] * (driving[j] - star_point));
         Electrical {
             torque_nm: clip(torque, self.torque_max),
             voltage_v: dot(&self.signs, &self.leg_voltage),
@@ -108,7 +109,7 @@ impl Drive for HighFidelity {
 /// Back-EMF coefficients of the phases at the lower edge of a bin, V s/rad.
 fn phase_back_emf(motor: &Motor, faults: &ElectricalFaults, bin: usize) -> [f64; 3] {
     let (shape, flux, healthy) = (trapezoid(bin), faults.flux_factors(bin_edge_rad(bin)), faults.healthy());
-    [0, 1, 2].map(|j| motor.phase_back_emf_v_s_rad() * healthy[j] * shape[j] * flux[j])
+    from_fn(|j| motor.phase_back_emf_v_s_rad() * healthy[j] * shape[j] * flux[j])
 }
 
 #[inline]

@@ -56,13 +56,7 @@ impl Drive for LowFidelity1 {
         let Terminal { current_reference_a, speed_rad_s, way, step_s } = terminal;
         let current_a = self.current;
         let error = current_reference_a - current_a;
-        let voltage_v = if error > 0.0 {
-            self.supply
-        } else if error < 0.0 {
-            -self.supply
-        } else {
-            0.0
-        };
+        let voltage_v = if error == 0.0 { 0.0 } else { self.supply.copysign(error) };
         let k = self.pair.back_emf + way * self.pair.back_emf_slope;
         let slope = (voltage_v - k * speed_rad_s - self.pair.resistance * current_a) * self.pair.inverse_inductance;
         self.current += step_s * slope;

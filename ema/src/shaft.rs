@@ -174,6 +174,16 @@ mod tests {
     }
 
     #[test]
+    fn the_stribeck_effect_fades_with_speed() {
+        let motor = Motor { stribeck_damping_nm_s_rad: 1e-3, ..Motor::default() };
+        let mut shaft = Shaft::new(&motor, &ElectricalFaults::default(), 0.0).with_stribeck(&motor);
+        let excess = |shaft: &Shaft| shaft.damping_nm_s_rad() - motor.damping_nm_s_rad;
+        assert!((excess(&shaft) - 1e-3).abs() < 1e-15);
+        shaft.speed = STRIBECK_SPEED_RAD_S;
+        assert!((excess(&shaft) - 5e-4).abs() < 1e-15);
+    }
+
+    #[test]
     fn endstops_hold_and_the_output_trails_by_half_the_backlash() {
         let (motor, mut shaft) = shaft();
         for _ in 0..200_000 {

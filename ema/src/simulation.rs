@@ -1,7 +1,7 @@
 //! Runs a model of the actuator through a manoeuvre.
 
 use crate::{
-    back_emf::{BackEmfMap, MapAccumulator},
+    back_emf::{Awaited, BackEmfMap, MapAccumulator},
     commutation::BINS,
     controller::Controller,
     faults::ElectricalFaults,
@@ -108,6 +108,11 @@ pub(crate) trait Drive {
 }
 
 /// Runs `model` and shows every step to `observer`.
+///
+/// `motor` is one that passes [`Motor::check`].
+///
+/// # Panics
+/// If the time step is not positive or longer than 10 microseconds.
 pub fn simulate(
     model: Model,
     motor: &Motor,
@@ -126,7 +131,7 @@ pub fn simulate(
                 rotor: Rotor::new(motor),
                 ticks: Ticks::new(manoeuvre, noise_a),
             };
-            run.to_the_end(HighFidelity::new(motor, faults), settings, observer);
+            run.drive(HighFidelity::new(motor, faults), settings, observer);
         }
         Model::LowFidelity1 => {
             let run = Run {
@@ -135,7 +140,7 @@ pub fn simulate(
                 rotor: Rotor::new(motor),
                 ticks: Ticks::new(manoeuvre, 0.0),
             };
-            run.to_the_end(LowFidelity1::new(motor, faults), settings, observer);
+            run.drive(LowFidelity1::new(motor, faults), settings, observer);
         }
     }
 }
@@ -153,16 +158,17 @@ pub fn simulate_map(
     map.map()
 }
 
-/// The same, stopped as soon as each of `bins` has its `passes`: what one upload of an aircraft needs.
+/// The same, stopped as soon as the awaited bins have their passes: what one upload of an aircraft needs.
+/// A bin that the motion never crosses above the gate ends the run only by its duration.
 pub fn simulate_map_until(
     model: Model,
     motor: &Motor,
     faults: &ElectricalFaults,
     manoeuvre: &Manoeuvre,
     settings: &Settings,
-    (bins, passes): (&[usize], u32),
+    awaited: Awaited,
 ) -> BackEmfMap {
-    let mut map = MapAccumulator::new(motor).until(bins, passes);
+    let mut map = MapAccumulator::new(motor).until(awaited);
     simulate(model, motor, faults, manoeuvre, settings, &mut map);
     map.map()
 }
@@ -175,8 +181,10 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn to_the_end(mut self, mut drive: impl Drive, settings: &Settings, observer: &mut impl Observer) {
-        let steps = (TICK_S / settings.step_s).round().max(1.0);
+    fn drive(mut self, mut drive: impl Drive, settings: &Settings, observer: &mut impl Observer) {
+        let step_s = settings.step_s;
+        assert!(step_s > 0.0 && step_s <= TICK_S, "a time step of {step_s} s is outside (0, {TICK_S}]");
+        let steps = (TICK_S / step_s).round();
         let step_s = TICK_S / steps;
         self.rotor.turn_to(self.shaft.motor_rad());
         drive.enter(self.rotor.bin());
