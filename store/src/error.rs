@@ -109,6 +109,20 @@ pub enum StoreError {
 
 impl From<sqlx::Error> for StoreError {
     fn from(error: sqlx::Error) -> Self {
-        Self::Database(Arc::new(error))
+        match &error {
+            sqlx::Error::ColumnDecode { index, source } => {
+                Self::Corrupt { row: format!("column {index}"), detail: source.to_string() }
+            }
+            sqlx::Error::Database(refusal) if refusal.code().as_deref().is_some_and(is_damage) => {
+                Self::Corrupt { row: "database file".to_owned(), detail: refusal.message().to_owned() }
+            }
+            sqlx::Error::PoolClosed => Self::Closed,
+            _ => Self::Database(Arc::new(error)),
+        }
     }
+}
+
+/// Whether an SQLite result code means a damaged file: SQLITE_CORRUPT or SQLITE_NOTADB, extended ones included.
+fn is_damage(code: &str) -> bool {
+    code.parse::<i64>().is_ok_and(|code| matches!(code & 0xff, 11 | 26))
 }

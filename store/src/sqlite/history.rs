@@ -1,0 +1,309 @@
+//! Estimates and states of a life, in its order.
+
+use domain::{Component, Estimate, State, Timestamp, Upload, UploadId};
+use sqlx::SqliteConnection;
+
+use super::{
+    Sqlite,
+    lives::{self, LifePointer},
+    row::{BindComponent, ComponentColumns, checksum, decode, hours_column, parse},
+};
+use crate::{LifeCursor, StoreError};
+
+const ESTIMATES: &str = "estimates";
+const STATES: &str = "states";
+/// More than any page: all rows.
+pub(super) const ALL: i64 = i64::MAX;
+
+impl Sqlite {
+    pub(crate) async fn estimates(
+        &self,
+        component: &Component,
+        from_fh: Option<f64>,
+        to_fh: Option<f64>,
+        after: Option<&LifeCursor>,
+        limit: u32,
+    ) -> Result<Vec<Estimate>, StoreError> {
+        let mut transaction = self.readers.begin().await?;
+        let Some(pointer) = lives::newest(&mut transaction, component).await? else { return Ok(Vec::new()) };
+        let range = EstimateRange {
+            // No row is as early as the first moment of an hour, so nothing of that hour is missed.
+            from: (from_fh.unwrap_or(f64::MIN), i64::MIN, ""),
+            after: after.map(|at| (at.flight_hours, at.recorded_at.micros(), at.upload_id.as_str())),
+            to_fh: to_fh.unwrap_or(f64::MAX),
+            limit: limit.into(),
+        };
+        estimates(&mut transaction, component, pointer, range).await
+    }
+
+    pub(crate) async fn states(
+        &self,
+        component: &Component,
+        from_fh: Option<f64>,
+        to_fh: Option<f64>,
+        after: Option<u64>,
+        limit: u32,
+    ) -> Result<Vec<State>, StoreError> {
+        let mut transaction = self.readers.begin().await?;
+        let Some(pointer) = lives::newest(&mut transaction, component).await? else { return Ok(Vec::new()) };
+        let range = StateRange {
+            after: after.map_or(-1, |block| i64::try_from(block).unwrap_or(i64::MAX)),
+            from_fh: from_fh.unwrap_or(f64::MIN),
+            to_fh: to_fh.unwrap_or(f64::MAX),
+            limit: limit.into(),
+        };
+        states(&mut transaction, component, pointer, range).await
+    }
+}
+
+/// A place in the order of a life, as columns.
+type LifeOrder<'a> = (f64, i64, &'a str);
+
+/// Which estimates to read: both starts are exclusive, `to_fh` is too.
+pub(super) struct EstimateRange<'a> {
+    from: LifeOrder<'a>,
+    after: Option<LifeOrder<'a>>,
+    to_fh: f64,
+    limit: i64,
+}
+
+impl EstimateRange<'_> {
+    pub(super) const ALL: Self = Self { from: (f64::MIN, i64::MIN, ""), after: None, to_fh: f64::MAX, limit: ALL };
+
+    fn start(&self) -> LifeOrder<'_> {
+        self.after.filter(|after| *after > self.from).unwrap_or(self.from)
+    }
+}
+
+/// Which states to read: `from_fh` is inclusive, `after` and `to_fh` are exclusive.
+pub(super) struct StateRange {
+    after: i64,
+    from_fh: f64,
+    to_fh: f64,
+    limit: i64,
+}
+
+impl StateRange {
+    pub(super) const ALL: Self = Self { after: -1, from_fh: f64::MIN, to_fh: f64::MAX, limit: ALL };
+}
+
+#[derive(sqlx::FromRow)]
+struct EstimateRow {
+    #[sqlx(flatten)]
+    key: ComponentColumns,
+    overhaul_index: i64,
+    generation: i64,
+    flight_hours: f64,
+    recorded_at: i64,
+    upload_id: String,
+    body: Vec<u8>,
+    checksum: Vec<u8>,
+}
+
+impl EstimateRow {
+    fn estimate(self) -> Result<Estimate, StoreError> {
+        let component = self.key.component(ESTIMATES)?;
+        let pointer = LifePointer { overhaul_index: self.overhaul_index, generation: self.generation };
+        let cursor = LifeCursor {
+            flight_hours: self.flight_hours,
+            recorded_at: Timestamp::from_micros(self.recorded_at),
+            upload_id: parse::<UploadId>(ESTIMATES, &self.upload_id)?,
+        };
+        decode(&estimate_name(&component, pointer, &cursor), &self.body, &self.checksum)
+    }
+}
+
+fn estimate_name<'a>(component: &'a Component, pointer: LifePointer, at: &'a LifeCursor) -> impl serde::Serialize + 'a {
+    let hours = hours_column(at.flight_hours);
+    let LifePointer { overhaul_index, generation } = pointer;
+    (ESTIMATES, component, overhaul_index, generation, hours, at.recorded_at.micros(), &at.upload_id)
+}
+
+/// Estimates of one generation of a life, in the order of the life.
+pub(super) async fn estimates(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    pointer: LifePointer,
+    range: EstimateRange<'_>,
+) -> Result<Vec<Estimate>, StoreError> {
+    let start = range.start();
+    let rows: Vec<EstimateRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, overhaul_index, generation, flight_hours, recorded_at,
+                upload_id, body, checksum
+         from estimates
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation = $5
+           and (flight_hours, recorded_at, upload_id) > ($6, $7, $8) and flight_hours < $9
+         order by flight_hours, recorded_at, upload_id limit $10",
+    )
+    .bind_component(component)
+    .bind(pointer.overhaul_index)
+    .bind(pointer.generation)
+    .bind(start.0)
+    .bind(start.1)
+    .bind(start.2)
+    .bind(range.to_fh)
+    .bind(range.limit)
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(EstimateRow::estimate).collect()
+}
+
+/// The estimate of one upload in the generation that answers for its life.
+pub(super) async fn estimate_of(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    upload: &Upload,
+) -> Result<Option<Estimate>, StoreError> {
+    let row: Option<EstimateRow> = sqlx::query_as(
+        "select e.operator, e.part_number, e.serial_number, e.overhaul_index, e.generation, e.flight_hours,
+                e.recorded_at, e.upload_id, e.body, e.checksum
+         from lives l
+         join estimates e on e.operator = l.operator and e.part_number = l.part_number
+              and e.serial_number = l.serial_number and e.overhaul_index = l.overhaul_index
+              and e.generation = l.generation
+         where l.operator = $1 and l.part_number = $2 and l.serial_number = $3
+           and e.flight_hours = $4 and e.recorded_at = $5 and e.upload_id = $6",
+    )
+    .bind_component(component)
+    .bind(upload.flight_hours)
+    .bind(upload.recorded_at.micros())
+    .bind(upload.upload_id.as_str())
+    .fetch_optional(connection)
+    .await?;
+    row.map(EstimateRow::estimate).transpose()
+}
+
+/// Writes the estimate of an upload; writing it again changes nothing but damage.
+pub(super) async fn insert_estimate(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    pointer: LifePointer,
+    at: &LifeCursor,
+    body: &str,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into estimates
+         (operator, part_number, serial_number, overhaul_index, generation, flight_hours, recorded_at, upload_id,
+          body, checksum)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)
+         on conflict
+           (operator, part_number, serial_number, overhaul_index, generation, flight_hours, recorded_at, upload_id)
+         do update set body = excluded.body, checksum = excluded.checksum",
+    )
+    .bind_component(component)
+    .bind(pointer.overhaul_index)
+    .bind(pointer.generation)
+    .bind(hours_column(at.flight_hours))
+    .bind(at.recorded_at.micros())
+    .bind(at.upload_id.as_str())
+    .bind(body)
+    .bind(checksum(&estimate_name(component, pointer, at), body.as_bytes()))
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+#[derive(sqlx::FromRow)]
+struct StateRow {
+    #[sqlx(flatten)]
+    key: ComponentColumns,
+    overhaul_index: i64,
+    generation: i64,
+    block: i64,
+    flight_hours: f64,
+    body: Vec<u8>,
+    checksum: Vec<u8>,
+}
+
+impl StateRow {
+    fn state(self) -> Result<State, StoreError> {
+        let component = self.key.component(STATES)?;
+        let pointer = LifePointer { overhaul_index: self.overhaul_index, generation: self.generation };
+        let at = BlockEnd { block: self.block, flight_hours: self.flight_hours };
+        decode(&state_name(&component, pointer, at), &self.body, &self.checksum)
+    }
+}
+
+/// A block and the hours of its last observation, as columns.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BlockEnd {
+    pub(super) block: i64,
+    pub(super) flight_hours: f64,
+}
+
+fn state_name(component: &Component, pointer: LifePointer, at: BlockEnd) -> impl serde::Serialize + '_ {
+    let LifePointer { overhaul_index, generation } = pointer;
+    (STATES, component, overhaul_index, generation, at.block, hours_column(at.flight_hours))
+}
+
+/// States of one generation of a life, by block.
+pub(super) async fn states(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    pointer: LifePointer,
+    range: StateRange,
+) -> Result<Vec<State>, StoreError> {
+    let rows: Vec<StateRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, overhaul_index, generation, block, flight_hours, body, checksum
+         from states
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation = $5
+           and block > $6 and flight_hours >= $7 and flight_hours < $8
+         order by block limit $9",
+    )
+    .bind_component(component)
+    .bind(pointer.overhaul_index)
+    .bind(pointer.generation)
+    .bind(range.after)
+    .bind(range.from_fh)
+    .bind(range.to_fh)
+    .bind(range.limit)
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(StateRow::state).collect()
+}
+
+/// Removes the states of a block and of all later ones.
+pub(super) async fn delete_states(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    pointer: LifePointer,
+    from_block: i64,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "delete from states
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation = $5
+           and block >= $6",
+    )
+    .bind_component(component)
+    .bind(pointer.overhaul_index)
+    .bind(pointer.generation)
+    .bind(from_block)
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+/// Writes the state of a block that has none.
+pub(super) async fn insert_state(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    pointer: LifePointer,
+    at: BlockEnd,
+    body: &str,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into states
+         (operator, part_number, serial_number, overhaul_index, generation, block, flight_hours, body, checksum)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
+    )
+    .bind_component(component)
+    .bind(pointer.overhaul_index)
+    .bind(pointer.generation)
+    .bind(at.block)
+    .bind(hours_column(at.flight_hours))
+    .bind(body)
+    .bind(checksum(&state_name(component, pointer, at), body.as_bytes()))
+    .execute(connection)
+    .await?;
+    Ok(())
+}

@@ -1,0 +1,287 @@
+//! Installations as uploads tell them, whatever the order in which uploads arrive.
+//!
+//! Card. *What:* the half-open periods for which a component sat at a place (tail and position).
+//! *Definition:* order all observations (a component seen at a place) by (recorded_at, upload_id).
+//! A period starts with an observation and ends before the first later one that contradicts it:
+//! another component at the place, or the component at another place. So a place holds at most one
+//! component, a component is at one place at most, and a late upload of an old unit does not
+//! re-install it. *Update rule:* a new observation inside a period of its own changes nothing. Any
+//! other splits the periods that it contradicts, opens one of its own up to the next
+//! contradiction, and swallows the one that it makes a continuation. *Requires:* the observation's
+//! upload is stored before.
+
+use domain::{Component, OperatorId, Position, TailNumber, Timestamp, Upload};
+use sqlx::SqliteConnection;
+
+use super::{
+    Sqlite,
+    row::{BindComponent, ComponentColumns, parse},
+    uploads::{self, End},
+};
+use crate::{Installation, StoreError};
+
+const INSTALLATIONS: &str = "installations";
+
+impl Sqlite {
+    pub(crate) async fn installations(&self, component: &Component) -> Result<Vec<Installation>, StoreError> {
+        let rows: Vec<PeriodRow> = sqlx::query_as(
+            "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
+             from installations where operator = $1 and part_number = $2 and serial_number = $3
+             order by from_at, from_upload",
+        )
+        .bind_component(component)
+        .fetch_all(&self.readers)
+        .await?;
+        rows.into_iter().map(|row| row.period().and_then(Period::installation)).collect()
+    }
+}
+
+/// A moment of the order (recorded_at, upload_id).
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+struct Moment {
+    at: i64,
+    upload_id: String,
+}
+
+#[derive(Debug, Clone)]
+struct Period {
+    component: Component,
+    tail: TailNumber,
+    position: Position,
+    from: Moment,
+    to: Option<Moment>,
+}
+
+impl Period {
+    fn is_of(&self, other: &Self) -> bool {
+        self.component == other.component && self.tail == other.tail && self.position == other.position
+    }
+
+    fn lasts_beyond(&self, moment: &Moment) -> bool {
+        self.to.as_ref().is_none_or(|to| to > moment)
+    }
+
+    fn installation(self) -> Result<Installation, StoreError> {
+        Ok(Installation {
+            tail: self.tail,
+            position: self.position,
+            from: Timestamp::from_micros(self.from.at),
+            to: self.to.map(|to| Timestamp::from_micros(to.at)),
+        })
+    }
+}
+
+#[derive(sqlx::FromRow)]
+struct PeriodRow {
+    #[sqlx(flatten)]
+    key: ComponentColumns,
+    tail: String,
+    position: String,
+    from_at: i64,
+    from_upload: String,
+    to_at: Option<i64>,
+    to_upload: Option<String>,
+}
+
+impl PeriodRow {
+    fn period(self) -> Result<Period, StoreError> {
+        Ok(Period {
+            component: self.key.component(INSTALLATIONS)?,
+            tail: parse(INSTALLATIONS, &self.tail)?,
+            position: parse(INSTALLATIONS, &self.position)?,
+            from: Moment { at: self.from_at, upload_id: self.from_upload },
+            to: self.to_at.zip(self.to_upload).map(|(at, upload_id)| Moment { at, upload_id }),
+        })
+    }
+}
+
+/// Takes note of where an upload saw its component.
+pub(super) async fn observe(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    upload: &Upload,
+) -> Result<(), StoreError> {
+    let moment = Moment { at: upload.recorded_at.micros(), upload_id: upload.upload_id.as_str().to_owned() };
+    let mut seen = Period {
+        component: component.clone(),
+        tail: upload.tail.clone(),
+        position: upload.position.clone(),
+        from: moment,
+        to: None,
+    };
+    if let Some(holder) = holding_place(connection, &seen).await? {
+        if holder.is_of(&seen) {
+            return Ok(());
+        }
+        split(connection, &holder, &seen.from).await?;
+    }
+    if let Some(elsewhere) = holding_component(connection, &seen).await? {
+        split(connection, &elsewhere, &seen.from).await?;
+    }
+    seen.to = next_contradiction(connection, &seen).await?;
+    swallow_continuation(connection, &seen).await?;
+    insert(connection, &seen).await?;
+    sqlx::query("insert into tails (operator, tail) values ($1, $2) on conflict (operator, tail) do nothing")
+        .bind(component.operator.as_str())
+        .bind(seen.tail.as_str())
+        .execute(connection)
+        .await?;
+    Ok(())
+}
+
+/// The period that holds the place at the moment at which `seen` begins.
+async fn holding_place(connection: &mut SqliteConnection, seen: &Period) -> Result<Option<Period>, StoreError> {
+    let row: Option<PeriodRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
+         from installations
+         where operator = $1 and tail = $2 and position = $3 and (from_at, from_upload) < ($4, $5)
+         order by from_at desc, from_upload desc limit 1",
+    )
+    .bind(seen.component.operator.as_str())
+    .bind(seen.tail.as_str())
+    .bind(seen.position.as_str())
+    .bind(seen.from.at)
+    .bind(&seen.from.upload_id)
+    .fetch_optional(connection)
+    .await?;
+    let period = row.map(PeriodRow::period).transpose()?;
+    Ok(period.filter(|period| period.lasts_beyond(&seen.from)))
+}
+
+/// The period that holds the component at the moment at which `seen` begins.
+async fn holding_component(connection: &mut SqliteConnection, seen: &Period) -> Result<Option<Period>, StoreError> {
+    let row: Option<PeriodRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
+         from installations
+         where operator = $1 and part_number = $2 and serial_number = $3 and (from_at, from_upload) < ($4, $5)
+         order by from_at desc, from_upload desc limit 1",
+    )
+    .bind_component(&seen.component)
+    .bind(seen.from.at)
+    .bind(&seen.from.upload_id)
+    .fetch_optional(connection)
+    .await?;
+    let period = row.map(PeriodRow::period).transpose()?;
+    Ok(period.filter(|period| period.lasts_beyond(&seen.from)))
+}
+
+/// Ends a period at a contradiction; it goes on with its component's next upload within it, if any.
+async fn split(connection: &mut SqliteConnection, period: &Period, at: &Moment) -> Result<(), StoreError> {
+    sqlx::query(
+        "update installations set to_at = $6, to_upload = $7
+         where operator = $1 and tail = $2 and position = $3 and from_at = $4 and from_upload = $5",
+    )
+    .bind(period.component.operator.as_str())
+    .bind(period.tail.as_str())
+    .bind(period.position.as_str())
+    .bind(period.from.at)
+    .bind(&period.from.upload_id)
+    .bind(at.at)
+    .bind(&at.upload_id)
+    .execute(&mut *connection)
+    .await?;
+    let to = period.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.upload_id.as_str()));
+    let after = (at.at, at.upload_id.as_str());
+    let next = uploads::at_end_of(&mut *connection, &period.component, after, to, End::First).await?;
+    match next {
+        None => Ok(()),
+        Some(upload) => {
+            let upload_id = upload.upload_id.as_str().to_owned();
+            let from = Moment { at: upload.recorded_at.micros(), upload_id };
+            insert(connection, &Period { from, ..period.clone() }).await
+        }
+    }
+}
+
+/// The first moment after `seen` begins at which another component begins a period at the place, or
+/// the component one at another place.
+async fn next_contradiction(connection: &mut SqliteConnection, seen: &Period) -> Result<Option<Moment>, StoreError> {
+    let moments: Vec<(i64, String)> = sqlx::query_as(
+        "select * from (
+           select from_at, from_upload from installations
+           where operator = $1 and tail = $4 and position = $5 and (from_at, from_upload) > ($6, $7)
+             and not (part_number = $2 and serial_number = $3)
+           order by from_at, from_upload limit 1) as at_place
+         union all
+         select * from (
+           select from_at, from_upload from installations
+           where operator = $1 and part_number = $2 and serial_number = $3 and (from_at, from_upload) > ($6, $7)
+             and not (tail = $4 and position = $5)
+           order by from_at, from_upload limit 1) as of_component",
+    )
+    .bind_component(&seen.component)
+    .bind(seen.tail.as_str())
+    .bind(seen.position.as_str())
+    .bind(seen.from.at)
+    .bind(&seen.from.upload_id)
+    .fetch_all(connection)
+    .await?;
+    Ok(moments.into_iter().map(|(at, upload_id)| Moment { at, upload_id }).min())
+}
+
+/// Removes the period that goes on where `seen` already holds.
+async fn swallow_continuation(connection: &mut SqliteConnection, seen: &Period) -> Result<(), StoreError> {
+    let to = seen.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.upload_id.as_str()));
+    sqlx::query(
+        "delete from installations
+         where operator = $1 and part_number = $2 and serial_number = $3 and tail = $4 and position = $5
+           and (from_at, from_upload) > ($6, $7) and (from_at, from_upload) < ($8, $9)",
+    )
+    .bind_component(&seen.component)
+    .bind(seen.tail.as_str())
+    .bind(seen.position.as_str())
+    .bind(seen.from.at)
+    .bind(&seen.from.upload_id)
+    .bind(to.0)
+    .bind(to.1)
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+async fn insert(connection: &mut SqliteConnection, period: &Period) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into installations
+         (operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
+    )
+    .bind_component(&period.component)
+    .bind(period.tail.as_str())
+    .bind(period.position.as_str())
+    .bind(period.from.at)
+    .bind(&period.from.upload_id)
+    .bind(period.to.as_ref().map(|to| to.at))
+    .bind(period.to.as_ref().map(|to| to.upload_id.as_str()))
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+/// A component that was installed on a tail, and the moments that bound the period.
+pub(super) struct TailPeriod {
+    pub(super) component: Component,
+    pub(super) from_at: i64,
+    pub(super) to: (i64, String),
+}
+
+/// Every period of a tail, at all positions.
+pub(super) async fn periods_of_tail(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    tail: &TailNumber,
+) -> Result<Vec<TailPeriod>, StoreError> {
+    let rows: Vec<PeriodRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
+         from installations where operator = $1 and tail = $2",
+    )
+    .bind(operator.as_str())
+    .bind(tail.as_str())
+    .fetch_all(connection)
+    .await?;
+    let tail_period = |period: Period| TailPeriod {
+        component: period.component,
+        from_at: period.from.at,
+        to: period.to.map_or((i64::MAX, String::new()), |to| (to.at, to.upload_id)),
+    };
+    rows.into_iter().map(|row| Ok(tail_period(row.period()?))).collect()
+}

@@ -1,0 +1,164 @@
+//! Bundles and masks.
+
+use domain::{BundleSummary, ContentHash, Mask, Timestamp};
+use sqlx::SqliteConnection;
+
+use super::{
+    Sqlite,
+    row::{checksum, corrupt, decode, encode, hash},
+    writer::Write,
+};
+use crate::{BundleRecord, PublishedMask, StoreError};
+
+const BUNDLES: &str = "bundles";
+const MASKS: &str = "masks";
+
+impl Sqlite {
+    pub(crate) async fn register_bundle(
+        &self,
+        summary: &BundleSummary,
+        body: &[u8],
+        now: Timestamp,
+    ) -> Result<(), StoreError> {
+        let found = ContentHash::of(body);
+        if found != summary.hash {
+            return Err(StoreError::WrongHash { named: summary.hash, found });
+        }
+        let masks = summary.masks.iter().map(|mask| Ok((mask.id(), encode("mask", mask)?)));
+        self.writer
+            .write(Register {
+                hash: summary.hash,
+                k_nom: summary.k_nom,
+                summary: encode("bundle summary", summary)?,
+                masks: masks.collect::<Result<_, StoreError>>()?,
+                body: body.to_vec(),
+                now,
+            })
+            .await
+    }
+
+    pub(crate) async fn activate_bundle(&self, hash: &ContentHash, _now: Timestamp) -> Result<(), StoreError> {
+        self.writer.write(Activate { hash: *hash }).await
+    }
+
+    pub(crate) async fn bundles(&self) -> Result<Vec<BundleRecord>, StoreError> {
+        let sql = "select hash, summary, active, added_at, checksum from bundles order by added_at, hash";
+        let rows: Vec<BundleRow> = sqlx::query_as(sql).fetch_all(&self.readers).await?;
+        rows.into_iter().map(BundleRow::record).collect()
+    }
+
+    pub(crate) async fn bundle_body(&self, hash: &ContentHash) -> Result<Option<Vec<u8>>, StoreError> {
+        let sql = "select body from bundles where hash = $1";
+        let body: Option<Vec<u8>> =
+            sqlx::query_scalar(sql).bind(&hash.bytes()[..]).fetch_optional(&self.readers).await?;
+        match body {
+            Some(body) if ContentHash::of(&body) != *hash => {
+                Err(corrupt(&(BUNDLES, hash), "its bytes are not those of its hash"))
+            }
+            body => Ok(body),
+        }
+    }
+
+    pub(crate) async fn mask(&self, id: &ContentHash) -> Result<Option<PublishedMask>, StoreError> {
+        let sql = "select mask_id, model, k_nom, body, checksum from masks where mask_id = $1";
+        let row: Option<MaskRow> = sqlx::query_as(sql).bind(&id.bytes()[..]).fetch_optional(&self.readers).await?;
+        row.map(MaskRow::published).transpose()
+    }
+}
+
+/// The bundle by which new lives are judged.
+pub(super) async fn active(connection: &mut SqliteConnection) -> Result<Option<BundleSummary>, StoreError> {
+    let sql = "select hash, summary, active, added_at, checksum from bundles where active = 1";
+    let row: Option<BundleRow> = sqlx::query_as(sql).fetch_optional(connection).await?;
+    Ok(row.map(BundleRow::record).transpose()?.map(|record| record.summary))
+}
+
+#[derive(sqlx::FromRow)]
+struct BundleRow {
+    hash: Vec<u8>,
+    summary: Vec<u8>,
+    active: bool,
+    added_at: i64,
+    checksum: Vec<u8>,
+}
+
+impl BundleRow {
+    fn record(self) -> Result<BundleRecord, StoreError> {
+        let summary = decode(&(BUNDLES, hash(BUNDLES, &self.hash)?, self.added_at), &self.summary, &self.checksum)?;
+        Ok(BundleRecord { summary, active: self.active, added_at: Timestamp::from_micros(self.added_at) })
+    }
+}
+
+#[derive(sqlx::FromRow)]
+struct MaskRow {
+    mask_id: Vec<u8>,
+    model: Vec<u8>,
+    k_nom: f64,
+    body: Vec<u8>,
+    checksum: Vec<u8>,
+}
+
+impl MaskRow {
+    fn published(self) -> Result<PublishedMask, StoreError> {
+        let (id, model) = (hash(MASKS, &self.mask_id)?, hash(MASKS, &self.model)?);
+        let mask: Mask = decode(&(MASKS, id, model, self.k_nom), &self.body, &self.checksum)?;
+        Ok(PublishedMask { mask, model, k_nom: self.k_nom })
+    }
+}
+
+struct Register {
+    hash: ContentHash,
+    k_nom: f64,
+    summary: String,
+    masks: Vec<(ContentHash, String)>,
+    body: Vec<u8>,
+    now: Timestamp,
+}
+
+impl Write for Register {
+    type Output = ();
+
+    async fn apply(&self, connection: &mut SqliteConnection, _: Timestamp) -> Result<(), StoreError> {
+        let added_at = self.now.micros();
+        sqlx::query(
+            "insert into bundles (hash, summary, body, active, added_at, checksum) values ($1, $2, $3, 0, $4, $5)
+             on conflict (hash) do nothing",
+        )
+        .bind(&self.hash.bytes()[..])
+        .bind(&self.summary)
+        .bind(&self.body)
+        .bind(added_at)
+        .bind(checksum(&(BUNDLES, self.hash, added_at), self.summary.as_bytes()))
+        .execute(&mut *connection)
+        .await?;
+        for (id, mask) in &self.masks {
+            sqlx::query(
+                "insert into masks (mask_id, model, k_nom, body, checksum) values ($1, $2, $3, $4, $5)
+                 on conflict (mask_id) do nothing",
+            )
+            .bind(&id.bytes()[..])
+            .bind(&self.hash.bytes()[..])
+            .bind(self.k_nom)
+            .bind(mask)
+            .bind(checksum(&(MASKS, id, self.hash, self.k_nom), mask.as_bytes()))
+            .execute(&mut *connection)
+            .await?;
+        }
+        Ok(())
+    }
+}
+
+struct Activate {
+    hash: ContentHash,
+}
+
+impl Write for Activate {
+    type Output = ();
+
+    async fn apply(&self, connection: &mut SqliteConnection, _: Timestamp) -> Result<(), StoreError> {
+        sqlx::query("update bundles set active = 0 where active = 1").execute(&mut *connection).await?;
+        let sql = "update bundles set active = 1 where hash = $1";
+        let activated = sqlx::query(sql).bind(&self.hash.bytes()[..]).execute(connection).await?;
+        if activated.rows_affected() == 0 { Err(StoreError::UnknownBundle(self.hash)) } else { Ok(()) }
+    }
+}

@@ -1,0 +1,179 @@
+//! Opening a file: owned by one process, known to be ours, durable, migrated.
+
+use std::{
+    fs::{File, OpenOptions, TryLockError},
+    io::{self, Read, Write},
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use sqlx::{
+    Connection, SqliteConnection, SqlitePool,
+    migrate::Migrator,
+    sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
+};
+
+use super::{Sqlite, writer::Owned, writer::Writer};
+use crate::{Options, StoreError};
+
+/// The newest schema that this build knows.
+const SCHEMA: i64 = 1;
+/// Marks a database as ours: "ACTU".
+const APPLICATION_ID: i64 = 0x4143_5455;
+const MAGIC: &[u8] = b"SQLite format 3\0";
+
+impl Sqlite {
+    pub(crate) async fn open(url: &str, options: Options) -> Result<Self, StoreError> {
+        let path = path_of(url)?;
+        let lock = lock(&path)?;
+        if has_content(&path)? {
+            probe(&path).await?;
+        }
+        let mut connection = SqliteConnection::connect_with(&writing(&path)).await?;
+        check_durability(&mut connection).await?;
+        migrate(&mut connection).await?;
+        // One process owns the file, so whoever held a lease is gone.
+        sqlx::query("update component_queue set lease_until = 0 where lease_until > 0")
+            .execute(&mut connection)
+            .await?;
+        let readers = readers(&path, options.read_connections).await?;
+        let writer = Writer::start(Owned { connection, lock }, options.queue_capacity, options.clock.clone());
+        Ok(Self { readers, writer, clock: options.clock })
+    }
+
+    pub(crate) async fn close(&self) {
+        let owned = self.writer.stop().await;
+        self.readers.close().await;
+        // The last connection to close moves the write-ahead log into the database.
+        if let Some(Owned { connection, lock }) = owned {
+            if let Err(error) = connection.close().await {
+                tracing::warn!(%error, "closing the database failed; what was acknowledged is in its log");
+            }
+            drop(lock);
+        }
+    }
+
+    pub(crate) async fn ping(&self) -> Result<(), StoreError> {
+        if self.writer.is_closed() {
+            return Err(StoreError::Closed);
+        }
+        sqlx::query("select version from schema_info").fetch_one(&self.readers).await?;
+        Ok(())
+    }
+}
+
+fn path_of(url: &str) -> Result<PathBuf, StoreError> {
+    let path = url.strip_prefix("sqlite:").map(|rest| rest.strip_prefix("//").unwrap_or(rest));
+    match path {
+        Some(path) if !path.is_empty() && !path.starts_with(':') => Ok(path.into()),
+        _ => Err(StoreError::UnsupportedUrl { url: url.to_owned() }),
+    }
+}
+
+fn io_error(path: &Path) -> impl FnOnce(io::Error) -> StoreError {
+    move |error| StoreError::Io { path: path.to_owned(), error: Arc::new(error) }
+}
+
+/// Locks a file beside the database, which names its owner and stays when it is unlocked.
+fn lock(database: &Path) -> Result<File, StoreError> {
+    let mut path = database.as_os_str().to_owned();
+    path.push(".lock");
+    let path = PathBuf::from(path);
+    let open = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+    let mut file = open.map_err(io_error(&path))?;
+    match file.try_lock() {
+        Ok(()) => {
+            let id = std::process::id().to_string();
+            file.set_len(0).and_then(|()| file.write_all(id.as_bytes())).map_err(io_error(&path))?;
+            Ok(file)
+        }
+        Err(TryLockError::WouldBlock) => {
+            let mut owner = String::new();
+            let _ = file.read_to_string(&mut owner);
+            Err(StoreError::Locked { path: database.to_owned(), owner })
+        }
+        Err(TryLockError::Error(error)) => Err(io_error(&path)(error)),
+    }
+}
+
+/// Whether there is a database already; refuses what is none before anything touches it.
+fn has_content(path: &Path) -> Result<bool, StoreError> {
+    let mut head = Vec::new();
+    match File::open(path) {
+        Ok(file) => file.take(MAGIC.len() as u64).read_to_end(&mut head).map_err(io_error(path))?,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+        Err(error) => return Err(io_error(path)(error)),
+    };
+    if head.is_empty() {
+        Ok(false)
+    } else if head == MAGIC {
+        Ok(true)
+    } else {
+        Err(StoreError::NotADatabase { path: path.to_owned() })
+    }
+}
+
+/// Refuses a database of another application or of a newer build, before anything changes it.
+async fn probe(path: &Path) -> Result<(), StoreError> {
+    let mut connection = SqliteConnection::connect_with(&SqliteConnectOptions::new().filename(path)).await?;
+    let checked = check_origin(&mut connection, path).await;
+    connection.close().await?;
+    checked
+}
+
+async fn check_origin(connection: &mut SqliteConnection, path: &Path) -> Result<(), StoreError> {
+    let application: i64 = sqlx::query_scalar("pragma application_id").fetch_one(&mut *connection).await?;
+    if application != APPLICATION_ID {
+        // A process killed while it created the file may leave one without its mark; then it holds
+        // nothing but the migrator's table.
+        let tables = "select count(*) from sqlite_master where tbl_name <> '_sqlx_migrations'";
+        let tables: i64 = sqlx::query_scalar(tables).fetch_one(connection).await?;
+        return match tables {
+            0 => Ok(()),
+            _ => Err(StoreError::ForeignDatabase { path: path.to_owned() }),
+        };
+    }
+    let (version, min_binary): (i64, i64) =
+        sqlx::query_as("select version, min_binary from schema_info").fetch_one(connection).await?;
+    if min_binary > SCHEMA {
+        return Err(StoreError::NewerSchema { version, min_binary, own: SCHEMA });
+    }
+    Ok(())
+}
+
+fn writing(path: &Path) -> SqliteConnectOptions {
+    SqliteConnectOptions::new()
+        .filename(path)
+        .create_if_missing(true)
+        .journal_mode(SqliteJournalMode::Wal)
+        .synchronous(SqliteSynchronous::Full)
+        // On macOS a plain fsync leaves data in the drive's cache.
+        .pragma("fullfsync", "on")
+        .pragma("checkpoint_fullfsync", "on")
+        .pragma("journal_size_limit", "67108864")
+        .optimize_on_close(true, None)
+}
+
+async fn check_durability(connection: &mut SqliteConnection) -> Result<(), StoreError> {
+    let found: String = sqlx::query_scalar("pragma journal_mode").fetch_one(&mut *connection).await?;
+    if found != "wal" {
+        return Err(StoreError::NotDurable { setting: "journal_mode", wanted: "wal", found });
+    }
+    let found: i64 = sqlx::query_scalar("pragma synchronous").fetch_one(connection).await?;
+    if found != 2 {
+        return Err(StoreError::NotDurable { setting: "synchronous", wanted: "2", found: found.to_string() });
+    }
+    Ok(())
+}
+
+async fn migrate(connection: &mut SqliteConnection) -> Result<(), StoreError> {
+    let mut migrator: Migrator = sqlx::migrate!("../migrations/sqlite");
+    // A newer build may have added migrations that this one can live with: min_binary says so.
+    migrator.set_ignore_missing(true);
+    migrator.run_direct(None, connection, false).await.map_err(|error| StoreError::Migration(Arc::new(error)))
+}
+
+async fn readers(path: &Path, connections: u32) -> Result<SqlitePool, StoreError> {
+    let options = SqliteConnectOptions::new().filename(path).read_only(true);
+    Ok(SqlitePoolOptions::new().max_connections(connections).connect_with(options).await?)
+}

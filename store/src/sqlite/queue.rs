@@ -1,0 +1,182 @@
+//! The queue of components that have something to process.
+//!
+//! Card. *What:* leases of components with fencing. *Update rule:* an input adds 1 to
+//! `input_revision`; a result sets `processed_revision` to the revision that its lease had read, if
+//! the lease still holds; a component waits while input > processed, so that an input during
+//! processing is never lost. A lease adds 1 to `fence` and to `attempts`; a result sets `attempts`
+//! to 0. `not_before` is when a component began to wait, or when its back-off ends; the smallest
+//! goes first. *Requires:* results and their check of the fence in one transaction.
+
+use std::time::Duration;
+
+use domain::{Component, Timestamp};
+use sqlx::SqliteConnection;
+
+use super::{
+    Sqlite,
+    row::{BindComponent, ComponentColumns, count},
+    writer::Write,
+};
+use crate::{Lease, StoreError};
+
+const QUEUE: &str = "component_queue";
+/// Longest sleep before the queue is looked at again: the queue's clock need not run as this one.
+const LONGEST_SLEEP: Duration = Duration::from_secs(1);
+
+impl Sqlite {
+    pub(crate) async fn lease(&self, duration: Duration) -> Result<Option<Lease>, StoreError> {
+        self.writer.write(LeaseNext { duration }).await
+    }
+
+    pub(crate) async fn abandon(&self, lease: &Lease, retry_after: Duration) -> Result<(), StoreError> {
+        self.writer.write(Abandon { lease: lease.clone(), retry_after }).await
+    }
+
+    pub(crate) async fn work_available(&self) {
+        while !self.writer.is_closed() {
+            let committed = self.writer.committed().notified();
+            tokio::pin!(committed);
+            committed.as_mut().enable();
+            let due = self.next_due().await.unwrap_or_else(|error| {
+                tracing::warn!(%error, "looking into the queue failed");
+                None
+            });
+            let sleep = match due {
+                Some(due) if due <= self.clock.now() => return,
+                Some(due) => until(self.clock.now(), due).min(LONGEST_SLEEP),
+                None => LONGEST_SLEEP,
+            };
+            let _ = tokio::time::timeout(sleep, committed).await;
+        }
+    }
+
+    /// When the next component can be leased, if any waits.
+    async fn next_due(&self) -> Result<Option<Timestamp>, StoreError> {
+        let due: Option<i64> = sqlx::query_scalar(
+            "select min(case when lease_until > not_before then lease_until else not_before end)
+             from component_queue where input_revision > processed_revision",
+        )
+        .fetch_one(&self.readers)
+        .await?;
+        Ok(due.map(Timestamp::from_micros))
+    }
+}
+
+fn until(now: Timestamp, then: Timestamp) -> Duration {
+    Duration::from_micros(then.micros().saturating_sub(now.micros()).unsigned_abs())
+}
+
+fn later(now: Timestamp, by: Duration) -> i64 {
+    now.micros().saturating_add(i64::try_from(by.as_micros()).unwrap_or(i64::MAX))
+}
+
+/// Counts an input of a component; its new `input_revision`, which is 1 for a new component.
+pub(super) async fn announce(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    now: Timestamp,
+) -> Result<i64, StoreError> {
+    let revision: (i64,) = sqlx::query_as(
+        "insert into component_queue
+         (operator, part_number, serial_number, input_revision, processed_revision, lease_until, fence, attempts,
+          not_before)
+         values ($1, $2, $3, 1, 0, 0, 0, 0, $4)
+         on conflict (operator, part_number, serial_number) do update set
+           not_before = case when component_queue.input_revision = component_queue.processed_revision
+                        then excluded.not_before else component_queue.not_before end,
+           input_revision = component_queue.input_revision + 1
+         returning input_revision",
+    )
+    .bind_component(component)
+    .bind(now.micros())
+    .fetch_one(connection)
+    .await?;
+    Ok(revision.0)
+}
+
+/// Ends a lease with a result, if it still holds.
+pub(super) async fn finish(
+    connection: &mut SqliteConnection,
+    lease: &Lease,
+    now: Timestamp,
+) -> Result<bool, StoreError> {
+    let finished = sqlx::query(
+        "update component_queue
+         set processed_revision = $4, lease_until = 0, attempts = 0, not_before = $6
+         where operator = $1 and part_number = $2 and serial_number = $3 and fence = $5 and lease_until > $6",
+    )
+    .bind_component(&lease.component)
+    .bind(lease.input_revision)
+    .bind(lease.fence)
+    .bind(now.micros())
+    .execute(connection)
+    .await?;
+    Ok(finished.rows_affected() == 1)
+}
+
+#[derive(sqlx::FromRow)]
+struct LeaseRow {
+    #[sqlx(flatten)]
+    key: ComponentColumns,
+    input_revision: i64,
+    fence: i64,
+    attempts: i64,
+}
+
+impl LeaseRow {
+    fn lease(self) -> Result<Lease, StoreError> {
+        Ok(Lease {
+            component: self.key.component(QUEUE)?,
+            input_revision: self.input_revision,
+            fence: self.fence,
+            attempts: count(QUEUE, self.attempts - 1)?,
+        })
+    }
+}
+
+struct LeaseNext {
+    duration: Duration,
+}
+
+impl Write for LeaseNext {
+    type Output = Option<Lease>;
+
+    async fn apply(&self, connection: &mut SqliteConnection, now: Timestamp) -> Result<Option<Lease>, StoreError> {
+        let row: Option<LeaseRow> = sqlx::query_as(
+            "update component_queue set lease_until = $2, fence = fence + 1, attempts = attempts + 1
+             where (operator, part_number, serial_number) = (
+               select operator, part_number, serial_number from component_queue
+               where input_revision > processed_revision and not_before <= $1 and lease_until <= $1
+               order by not_before, operator, part_number, serial_number limit 1)
+             returning operator, part_number, serial_number, input_revision, fence, attempts",
+        )
+        .bind(now.micros())
+        .bind(later(now, self.duration))
+        .fetch_optional(connection)
+        .await?;
+        row.map(LeaseRow::lease).transpose()
+    }
+}
+
+struct Abandon {
+    lease: Lease,
+    retry_after: Duration,
+}
+
+impl Write for Abandon {
+    type Output = ();
+
+    async fn apply(&self, connection: &mut SqliteConnection, now: Timestamp) -> Result<(), StoreError> {
+        sqlx::query(
+            "update component_queue set lease_until = 0, not_before = $6
+             where operator = $1 and part_number = $2 and serial_number = $3 and fence = $4 and lease_until > $5",
+        )
+        .bind_component(&self.lease.component)
+        .bind(self.lease.fence)
+        .bind(now.micros())
+        .bind(later(now, self.retry_after))
+        .execute(connection)
+        .await?;
+        Ok(())
+    }
+}

@@ -1,0 +1,126 @@
+//! What a worker reads for a lease and what it writes: one transaction, refused when fenced.
+
+use domain::{Component, Timestamp, UploadId};
+use sqlx::SqliteConnection;
+
+use super::{
+    Sqlite,
+    history::{self, BlockEnd, EstimateRange, StateRange},
+    lives::{self, LifePointer},
+    queue,
+    row::{BindComponent, corrupt, encode},
+    served, uploads,
+    writer::Write,
+};
+use crate::{Completion, Lease, LifeCursor, LifeInputs, LifeResults, StoreError};
+
+impl Sqlite {
+    pub(crate) async fn life_inputs(&self, lease: &Lease) -> Result<LifeInputs, StoreError> {
+        let component = &lease.component;
+        let mut transaction = self.readers.begin().await?;
+        let pointer = pointer(&mut transaction, component).await?;
+        Ok(LifeInputs {
+            life: pointer.life(component)?,
+            generation: lives::generation(&mut transaction, component, pointer).await?,
+            unestimated: uploads::waiting(&mut transaction, component).await?,
+            estimates: history::estimates(&mut transaction, component, pointer, EstimateRange::ALL).await?,
+            states: history::states(&mut transaction, component, pointer, StateRange::ALL).await?,
+        })
+    }
+
+    pub(crate) async fn complete(&self, lease: &Lease, results: LifeResults) -> Result<Completion, StoreError> {
+        self.writer.write(Complete::new(lease, results)?).await
+    }
+}
+
+async fn pointer(connection: &mut SqliteConnection, component: &Component) -> Result<LifePointer, StoreError> {
+    let newest = lives::newest(connection, component).await?;
+    newest.ok_or_else(|| corrupt(&("lives", component), "a component in the queue has no life"))
+}
+
+/// Results as rows: encoded by the caller, so that the writer only writes.
+struct Complete {
+    lease: Lease,
+    estimates: Vec<(LifeCursor, String)>,
+    set_aside: Vec<(UploadId, String)>,
+    states_from: Option<i64>,
+    states: Vec<(BlockEnd, String)>,
+    prognosis: Option<String>,
+    now: Timestamp,
+}
+
+impl Complete {
+    fn new(lease: &Lease, results: LifeResults) -> Result<Self, StoreError> {
+        let LifeResults { estimates, set_aside, states_from, states, prognosis, now } = results;
+        let first = states.iter().map(|state| state.block).min();
+        assert!(first.is_none_or(|first| states_from.is_some_and(|from| from <= first)), "states before states_from");
+        let estimates = estimates.iter().map(|e| Ok((LifeCursor::from(e), encode("estimate", e)?)));
+        let states = states.iter().map(|state| {
+            let end = BlockEnd { block: state.block.cast_signed(), flight_hours: state.as_of.flight_hours };
+            Ok((end, encode("state", state)?))
+        });
+        Ok(Self {
+            lease: lease.clone(),
+            estimates: estimates.collect::<Result<_, StoreError>>()?,
+            set_aside,
+            states_from: states_from.map(u64::cast_signed),
+            states: states.collect::<Result<_, StoreError>>()?,
+            prognosis: prognosis.map(|prognosis| encode("prognosis", &prognosis)).transpose()?,
+            now,
+        })
+    }
+}
+
+impl Write for Complete {
+    type Output = Completion;
+
+    async fn apply(&self, connection: &mut SqliteConnection, now: Timestamp) -> Result<Completion, StoreError> {
+        if !queue::finish(connection, &self.lease, now).await? {
+            return Ok(Completion::Fenced);
+        }
+        let component = &self.lease.component;
+        let pointer = pointer(connection, component).await?;
+        for (at, body) in &self.estimates {
+            history::insert_estimate(connection, component, pointer, at, body).await?;
+            uploads::processed(connection, component, &at.upload_id).await?;
+        }
+        for (id, reason) in &self.set_aside {
+            self.set_aside(connection, id, reason).await?;
+        }
+        if let Some(from) = self.states_from {
+            history::delete_states(connection, component, pointer, from).await?;
+        }
+        for (at, body) in &self.states {
+            history::insert_state(connection, component, pointer, *at, body).await?;
+        }
+        if let Some(body) = &self.prognosis {
+            served::issue(connection, &self.lease, pointer, self.now, body).await?;
+        }
+        Ok(Completion::Done)
+    }
+}
+
+impl Complete {
+    async fn set_aside(
+        &self,
+        connection: &mut SqliteConnection,
+        id: &UploadId,
+        reason: &str,
+    ) -> Result<(), StoreError> {
+        let recorded_at = uploads::processed(connection, &self.lease.component, id).await?;
+        sqlx::query(
+            "insert into set_aside
+             (operator, part_number, serial_number, recorded_at, upload_id, reason, set_aside_at)
+             values ($1, $2, $3, $4, $5, $6, $7)
+             on conflict (operator, part_number, serial_number, recorded_at, upload_id) do nothing",
+        )
+        .bind_component(&self.lease.component)
+        .bind(recorded_at)
+        .bind(id.as_str())
+        .bind(reason)
+        .bind(self.now.micros())
+        .execute(connection)
+        .await?;
+        Ok(())
+    }
+}

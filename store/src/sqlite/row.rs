@@ -1,0 +1,115 @@
+//! From noun to row and back, with the checksum that tells a damaged row.
+//!
+//! A row that answers are made of has a name, the tuple of its table and its key columns, and a
+//! body, the canonical JSON of the noun. Its checksum is the SHA-256 of both, so that neither a
+//! flipped bit nor a body under another row's key passes.
+
+use std::{fmt::Display, str::FromStr};
+
+use domain::{Component, ContentHash, OperatorId};
+use serde::{Serialize, de::DeserializeOwned};
+use sqlx::{Sqlite, query::Query, query::QueryAs, sqlite::SqliteArguments};
+
+use crate::StoreError;
+
+/// The body of a noun. A noun that would not read back equal is refused.
+pub(super) fn encode<T: Serialize + DeserializeOwned + PartialEq>(what: &str, noun: &T) -> Result<String, StoreError> {
+    let refuse = || StoreError::Unrepresentable { what: what.to_owned() };
+    let body = serde_json::to_string(noun).map_err(|_| refuse())?;
+    match serde_json::from_str::<T>(&body) {
+        Ok(again) if again == *noun => Ok(body),
+        _ => Err(refuse()),
+    }
+}
+
+/// The checksum of the row called `name`.
+pub(super) fn checksum(name: &impl Serialize, body: &[u8]) -> Vec<u8> {
+    ContentHash::of_parts([name_text(name).as_bytes(), body]).bytes().to_vec()
+}
+
+/// The noun of a row, if its checksum holds.
+pub(super) fn decode<T: DeserializeOwned>(
+    name: &impl Serialize,
+    body: &[u8],
+    stored_checksum: &[u8],
+) -> Result<T, StoreError> {
+    verify(name, body, stored_checksum)?;
+    serde_json::from_slice(body).map_err(|error| corrupt(name, error))
+}
+
+/// Refuses a row whose checksum does not hold.
+pub(super) fn verify(name: &impl Serialize, body: &[u8], stored_checksum: &[u8]) -> Result<(), StoreError> {
+    if checksum(name, body) == stored_checksum { Ok(()) } else { Err(corrupt(name, "its checksum does not hold")) }
+}
+
+/// The error for a damaged row.
+pub(super) fn corrupt(name: &impl Serialize, detail: impl Display) -> StoreError {
+    StoreError::Corrupt { row: name_text(name), detail: detail.to_string() }
+}
+
+fn name_text(name: &impl Serialize) -> String {
+    serde_json::to_string(name).expect("names of rows are tuples of texts and finite numbers")
+}
+
+/// Flight hours as a column holds them: SQLite keeps no negative zero.
+pub(super) fn hours_column(hours: f64) -> f64 {
+    hours + 0.0
+}
+
+/// A name out of a column.
+pub(super) fn parse<T: FromStr<Err: Display>>(table: &str, text: &str) -> Result<T, StoreError> {
+    text.parse().map_err(|error| corrupt(&(table, text), error))
+}
+
+/// A hash out of a column.
+pub(super) fn hash(table: &str, bytes: &[u8]) -> Result<ContentHash, StoreError> {
+    hex_text(bytes).parse().map_err(|error| corrupt(&(table, bytes), error))
+}
+
+fn hex_text(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A count out of a column.
+pub(super) fn count<T: TryFrom<i64>>(table: &str, value: i64) -> Result<T, StoreError> {
+    T::try_from(value).map_err(|_| corrupt(&(table, value), "the number is out of range"))
+}
+
+/// The key of a component, as the columns that lead every table.
+#[derive(Debug, Clone, sqlx::FromRow)]
+pub(super) struct ComponentColumns {
+    operator: String,
+    part_number: String,
+    serial_number: String,
+}
+
+impl ComponentColumns {
+    pub(super) fn component(&self, table: &str) -> Result<Component, StoreError> {
+        Ok(Component {
+            operator: parse::<OperatorId>(table, &self.operator)?,
+            part_number: parse(table, &self.part_number)?,
+            serial_number: parse(table, &self.serial_number)?,
+        })
+    }
+}
+
+/// Binds the three columns of a component's key, in the order of the key.
+pub(super) trait BindComponent<'q> {
+    fn bind_component(self, component: &'q Component) -> Self;
+}
+
+impl<'q> BindComponent<'q> for Query<'q, Sqlite, SqliteArguments> {
+    fn bind_component(self, component: &'q Component) -> Self {
+        self.bind(component.operator.as_str())
+            .bind(component.part_number.as_str())
+            .bind(component.serial_number.as_str())
+    }
+}
+
+impl<'q, O> BindComponent<'q> for QueryAs<'q, Sqlite, O, SqliteArguments> {
+    fn bind_component(self, component: &'q Component) -> Self {
+        self.bind(component.operator.as_str())
+            .bind(component.part_number.as_str())
+            .bind(component.serial_number.as_str())
+    }
+}

@@ -1,0 +1,165 @@
+//! What is served of a tail: the components installed on it, each with its issued prognosis.
+
+use domain::{Component, OperatorId, Position, Prognosis, TailNumber, Timestamp};
+use sqlx::SqliteConnection;
+
+use super::{
+    Sqlite,
+    lives::LifePointer,
+    row::{BindComponent, ComponentColumns, checksum, count, decode, parse},
+    utilisation,
+};
+use crate::{Installed, Lease, StoreError};
+
+const INSTALLATIONS: &str = "installations";
+const PROGNOSES: &str = "prognoses";
+
+impl Sqlite {
+    pub(crate) async fn tails(
+        &self,
+        operator: &OperatorId,
+        after: Option<&TailNumber>,
+        limit: u32,
+    ) -> Result<Vec<TailNumber>, StoreError> {
+        let sql = "select tail from tails where operator = $1 and tail > $2 order by tail limit $3";
+        let query = sqlx::query_scalar(sql).bind(operator.as_str()).bind(after.map_or("", TailNumber::as_str));
+        let tails: Vec<String> = query.bind(i64::from(limit)).fetch_all(&self.readers).await?;
+        tails.iter().map(|tail| parse("tails", tail)).collect()
+    }
+
+    pub(crate) async fn installed(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+    ) -> Result<Vec<Installed>, StoreError> {
+        self.installed_where(operator, tail, None).await
+    }
+
+    pub(crate) async fn installed_at(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+        position: &Position,
+    ) -> Result<Option<Installed>, StoreError> {
+        Ok(self.installed_where(operator, tail, Some(position)).await?.pop())
+    }
+
+    async fn installed_where(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+        position: Option<&Position>,
+    ) -> Result<Vec<Installed>, StoreError> {
+        let mut transaction = self.readers.begin().await?;
+        let rows: Vec<InstalledRow> = sqlx::query_as(INSTALLED)
+            .bind(operator.as_str())
+            .bind(tail.as_str())
+            .bind(position.map(Position::as_str))
+            .fetch_all(&mut *transaction)
+            .await?;
+        if rows.is_empty() {
+            return Ok(Vec::new());
+        }
+        let utilisation = utilisation::fh_per_day(&mut transaction, operator, tail).await?;
+        rows.into_iter().map(|row| row.installed(tail, utilisation)).collect()
+    }
+}
+
+const INSTALLED: &str = "
+    select i.operator, i.part_number, i.serial_number, i.position, i.from_at, l.overhaul_index, l.generation,
+           (select count(*) from inbox w
+            where w.operator = i.operator and w.part_number = i.part_number
+              and w.serial_number = i.serial_number) as pending,
+           p.fence, p.issued_at, p.body, p.checksum
+    from installations i
+    join lives l on l.operator = i.operator and l.part_number = i.part_number
+         and l.serial_number = i.serial_number
+         and l.overhaul_index = (select max(n.overhaul_index) from lives n
+                                 where n.operator = i.operator and n.part_number = i.part_number
+                                   and n.serial_number = i.serial_number)
+    left join prognoses p on p.operator = l.operator and p.part_number = l.part_number
+         and p.serial_number = l.serial_number and p.overhaul_index = l.overhaul_index
+         and p.generation = l.generation
+         and p.fence = (select max(n.fence) from prognoses n
+                        where n.operator = l.operator and n.part_number = l.part_number
+                          and n.serial_number = l.serial_number and n.overhaul_index = l.overhaul_index
+                          and n.generation = l.generation)
+    where i.operator = $1 and i.tail = $2 and i.to_at is null and ($3 is null or i.position = $3)
+    order by i.position";
+
+#[derive(sqlx::FromRow)]
+struct InstalledRow {
+    #[sqlx(flatten)]
+    key: ComponentColumns,
+    position: String,
+    from_at: i64,
+    overhaul_index: i64,
+    generation: i64,
+    pending: i64,
+    fence: Option<i64>,
+    issued_at: Option<i64>,
+    body: Option<Vec<u8>>,
+    checksum: Option<Vec<u8>>,
+}
+
+impl InstalledRow {
+    fn installed(self, tail: &TailNumber, utilisation: Option<f64>) -> Result<Installed, StoreError> {
+        let component = self.key.component(INSTALLATIONS)?;
+        Ok(Installed {
+            tail: tail.clone(),
+            position: parse(INSTALLATIONS, &self.position)?,
+            overhaul_index: count("lives", self.overhaul_index)?,
+            since: Timestamp::from_micros(self.from_at),
+            prognosis: self.prognosis(&component)?,
+            pending_uploads: count("inbox", self.pending)?,
+            utilisation_fh_per_day: utilisation,
+            part_number: component.part_number,
+            serial_number: component.serial_number,
+        })
+    }
+
+    fn prognosis(&self, component: &Component) -> Result<Option<Prognosis>, StoreError> {
+        let (Some(fence), Some(issued_at), Some(body), Some(stored)) =
+            (self.fence, self.issued_at, &self.body, &self.checksum)
+        else {
+            return Ok(None);
+        };
+        let pointer = LifePointer { overhaul_index: self.overhaul_index, generation: self.generation };
+        decode(&prognosis_name(component, pointer, fence, issued_at), body, stored).map(Some)
+    }
+}
+
+fn prognosis_name(
+    component: &Component,
+    pointer: LifePointer,
+    fence: i64,
+    issued_at: i64,
+) -> impl serde::Serialize + '_ {
+    (PROGNOSES, component, pointer.overhaul_index, pointer.generation, fence, issued_at)
+}
+
+/// Appends what is served from now on.
+pub(super) async fn issue(
+    connection: &mut SqliteConnection,
+    lease: &Lease,
+    pointer: LifePointer,
+    now: Timestamp,
+    body: &str,
+) -> Result<(), StoreError> {
+    let name = prognosis_name(&lease.component, pointer, lease.fence, now.micros());
+    sqlx::query(
+        "insert into prognoses
+         (operator, part_number, serial_number, overhaul_index, generation, fence, issued_at, body, checksum)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
+    )
+    .bind_component(&lease.component)
+    .bind(pointer.overhaul_index)
+    .bind(pointer.generation)
+    .bind(lease.fence)
+    .bind(now.micros())
+    .bind(body)
+    .bind(checksum(&name, body.as_bytes()))
+    .execute(connection)
+    .await?;
+    Ok(())
+}

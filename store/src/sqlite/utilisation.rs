@@ -1,0 +1,72 @@
+//! How much a tail flies.
+//!
+//! Hours are read off its components: over each installation, the growth of the component's hours
+//! divided by the days between its first and last upload, pooled over the tail. A swap of units
+//! therefore does not look like flying.
+
+use domain::{OperatorId, TailNumber, Timestamp, time::DAY_US};
+use sqlx::SqliteConnection;
+
+use super::{
+    installations::{self, TailPeriod},
+    uploads::{self, End},
+};
+use crate::StoreError;
+
+/// How far to look back from the tail's newest upload.
+const WINDOW_US: i64 = 90 * DAY_US;
+/// Less data than this says nothing.
+const SHORTEST_US: i64 = 14 * DAY_US;
+
+/// Flight hours per day of a tail over the 90 days before its newest upload; `None` when they hold
+/// less than 14 days of data.
+pub(super) async fn fh_per_day(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    tail: &TailNumber,
+) -> Result<Option<f64>, StoreError> {
+    let mut ends = Vec::new();
+    for period in installations::periods_of_tail(connection, operator, tail).await? {
+        if let Some(last) = at_end(connection, &period, period.from_at, End::Last).await? {
+            ends.push((period, last));
+        }
+    }
+    let Some(newest) = ends.iter().map(|(_, last)| last.at).max() else { return Ok(None) };
+    let begin = newest.micros() - WINDOW_US;
+    let mut spans = Vec::new();
+    for (period, last) in ends.iter().filter(|(_, last)| last.at.micros() >= begin) {
+        if let Some(first) = at_end(connection, period, period.from_at.max(begin), End::First).await? {
+            spans.push((first, *last));
+        }
+    }
+    Ok(pooled(&spans))
+}
+
+/// A component's hours at a time.
+#[derive(Debug, Clone, Copy)]
+struct Reading {
+    at: Timestamp,
+    hours: f64,
+}
+
+async fn at_end(
+    connection: &mut SqliteConnection,
+    period: &TailPeriod,
+    from_at: i64,
+    end: End,
+) -> Result<Option<Reading>, StoreError> {
+    // No upload has an empty name, so this moment is before every upload of its time.
+    let after = (from_at, "");
+    let before = (period.to.0, period.to.1.as_str());
+    let upload = uploads::at_end_of(connection, &period.component, after, before, end).await?;
+    Ok(upload.map(|upload| Reading { at: upload.recorded_at, hours: upload.flight_hours }))
+}
+
+/// Hours over days, both summed over all spans.
+fn pooled(spans: &[(Reading, Reading)]) -> Option<f64> {
+    let oldest = spans.iter().map(|(first, _)| first.at).min()?;
+    let newest = spans.iter().map(|(_, last)| last.at).max()?;
+    let days: f64 = spans.iter().map(|(first, last)| last.at.hours_since(first.at) / 24.0).sum();
+    let hours: f64 = spans.iter().map(|(first, last)| (last.hours - first.hours).max(0.0)).sum();
+    (newest.micros() - oldest.micros() >= SHORTEST_US && days > 0.0).then(|| hours / days)
+}
