@@ -22,6 +22,6 @@ mod tests {
             let found = limit_999(degrees_of_freedom);
             assert!((found / exact - 1.0).abs() < 0.03, "{degrees_of_freedom}: {found}");
         }
-        assert!((limit_999(21) / 46.797 - 1.0).abs() < 2e-3);
+        assert!((limit_999(21) / 46.797 - 1.0).abs() < 3e-3);
     }
 }

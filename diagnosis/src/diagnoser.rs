@@ -29,8 +29,8 @@ pub struct Diagnoser {
     pub mlp: Mlp,
     /// Error law with a load ratio per sample, or of the raw map.
     pub error_law: ErrorLaw,
-    /// Error law with the mean load ratio only.
-    pub mean_load_error_law: ErrorLaw,
+    /// Error law with the mean load ratio only, where the map needs one.
+    pub mean_load_error_law: Option<ErrorLaw>,
 }
 
 /// A diagnosis before its error law.
@@ -69,9 +69,8 @@ impl Diagnoser {
 
     /// The assessment with the law that holds for what was known of the load.
     fn with_error_law(&self, assessment: Assessment, measurement: &Measurement) -> Diagnosis {
-        let load_invariant = self.reader.kind == MapKind::LoadInvariant;
-        let law = match measurement.load_ratio {
-            Some(LoadRatio::Mean(_)) if load_invariant => &self.mean_load_error_law,
+        let law = match (&self.mean_load_error_law, measurement.load_ratio) {
+            (Some(law), Some(LoadRatio::Mean(_))) => law,
             _ => &self.error_law,
         };
         let pairs = assessment.sampling_variance.iter().zip(&assessment.deviation).enumerate();
@@ -81,7 +80,7 @@ impl Diagnoser {
             plausible: assessment.plausible,
             chi_square: assessment.chi_square,
             degrees_of_freedom: assessment.degrees_of_freedom,
-            load_invariant,
+            load_invariant: self.reader.kind == MapKind::LoadInvariant,
         }
     }
 

@@ -44,6 +44,11 @@ impl CalibrationPoint {
 }
 
 impl ErrorLaw {
+    /// The law of `faults` faults before any calibration: the propagated noise alone.
+    pub fn linearised(faults: usize) -> Self {
+        Self { weights: vec![[0.0, 1.0, 0.0]; faults] }
+    }
+
     /// Calibrated standard deviation of fault `index`.
     pub fn sigma(&self, index: usize, sampling_variance: f64, deviation: f64) -> f64 {
         let [constant, sampling, proportional] = self.weights[index];

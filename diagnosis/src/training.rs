@@ -202,20 +202,17 @@ pub fn train(set: &TrainingSet, settings: &TrainingSettings, stream: &Stream) ->
     let fitted = trainer.examples(&gappy, &reader, &fitted, Purpose::Noise);
     let held_out = trainer.examples(&gappy, &reader, &held_out, Purpose::HeldOutNoise);
     let mlp = trainer.network(&basis, &fitted, &held_out);
-    let uncalibrated = ErrorLaw { weights: vec![[0.0, 1.0, 0.0]; set.fault_model.len()] };
     let diagnoser = Diagnoser {
         fault_model: set.fault_model.clone(),
         reader,
         basis,
         mlp,
-        error_law: uncalibrated.clone(),
-        mean_load_error_law: uncalibrated,
+        error_law: ErrorLaw::linearised(set.fault_model.len()),
+        mean_load_error_law: None,
     };
     let law = |load| trainer.error_law(&diagnoser, &gappy, calibration, load);
-    let (error_law, mean_load_error_law) = match settings.kind {
-        MapKind::LoadInvariant => (law(LoadInput::PerSample), law(LoadInput::Mean)),
-        MapKind::Raw => (law(LoadInput::None), law(LoadInput::None)),
-    };
+    let error_law = law(trainer.load_input());
+    let mean_load_error_law = (settings.kind == MapKind::LoadInvariant).then(|| law(LoadInput::Mean));
     Ok(Diagnoser { error_law, mean_load_error_law, ..diagnoser })
 }
 
