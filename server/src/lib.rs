@@ -1,1 +1,43 @@
 //! REST, gRPC and pages on one port.
+//!
+//! This shell parses, asks the store, and puts answers into words; it computes nothing. REST and
+//! gRPC are two voices of the same functions: [`ingest`] takes uploads, [`answer`] assembles what is
+//! served, [`refusal`] maps what went wrong to a problem document or to a gRPC status.
+//!
+//! Invariants: whatever is refused was not stored; whatever is acknowledged is durable; no
+//! input makes a server error; the status of a prognosis is judged when it is read.
+
+mod answer;
+mod app;
+mod cursor;
+mod grpc;
+mod ingest;
+mod ndjson;
+mod page;
+mod parameters;
+mod refusal;
+mod rest;
+mod serve;
+
+use std::{sync::Arc, time::Duration};
+
+use domain::Timestamp;
+use store::Store;
+
+pub use serve::serve;
+
+/// Tells the present.
+pub type Clock = Arc<dyn Fn() -> Timestamp + Send + Sync>;
+
+/// What the server serves from.
+#[derive(Clone)]
+pub struct State {
+    /// The database.
+    pub store: Store,
+    /// The present: of the machine, or of a simulated fleet.
+    pub clock: Clock,
+    /// Age of the newest data from which a prognosis is stale: unknown, not healthy.
+    pub stale_after: Duration,
+    /// Whether an upload enrols a tail, position or component that is not known yet.
+    pub enrol: bool,
+}

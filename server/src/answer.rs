@@ -1,0 +1,162 @@
+//! What is served, assembled once for REST, gRPC and the pages.
+
+use domain::{
+    ADVISORY, AsOf, Component, ContentHash, FaultModel, OperatorId, Position, Prognosis, RulDistribution, TailNumber,
+};
+use proto::json::{
+    AsOfBody, EndOfLife, FailureProbability, Fault, MaskBody, MonteCarlo, Page, PropagationBody, RulBody, RulQuantiles,
+    Status, TailItem,
+};
+use store::{BundleRecord, Installed};
+
+use crate::{State, refusal::Refusal};
+
+/// Hours for which P(failure within) is told unless asked otherwise.
+const WITHIN_FH: [f64; 5] = [100.0, 250.0, 500.0, 1000.0, 2000.0];
+/// Dates further away are not told.
+const MAX_DAYS: f64 = 36_525.0;
+/// The build that answers.
+pub const CODE_VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The remaining life of an installed component as it reads now.
+pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> RulBody {
+    let prognosis = installed.prognosis.as_ref();
+    let forecast = prognosis.and_then(|prognosis| prognosis.forecast.as_ref().ok());
+    let distribution = forecast.map(|forecast| &forecast.rul);
+    let within_fh = within_fh.unwrap_or(&WITHIN_FH);
+    RulBody {
+        tail: installed.tail.to_string(),
+        position: installed.position.to_string(),
+        part_number: installed.part_number.to_string(),
+        serial_number: installed.serial_number.to_string(),
+        life: installed.overhaul_index,
+        as_of: prognosis.map(|prognosis| AsOfBody::from(&prognosis.as_of)),
+        status: status(state, prognosis),
+        missing: missing(prognosis),
+        rul_fh: distribution.map(RulQuantiles::from),
+        censored_fraction: distribution.map(RulDistribution::censored_fraction),
+        horizon_fh: distribution.map(RulDistribution::horizon_fh),
+        probability_of_failure: distribution
+            .map(|rul| within_fh.iter().map(|&hours| FailureProbability::of(rul, hours)).collect()),
+        end_of_life: prognosis.zip(distribution).and_then(|(prognosis, rul)| {
+            installed.utilisation_fh_per_day.and_then(|fh_per_day| end_of_life(&prognosis.as_of, rul, fh_per_day))
+        }),
+        fault_vector: forecast.map(|forecast| Fault::by_name(&forecast.faults)),
+        dominant_fault: forecast.map(|forecast| forecast.dominant_fault.clone()),
+        propagation: forecast.map(|forecast| PropagationBody::from(&forecast.propagation)),
+        monte_carlo: forecast.map(|forecast| MonteCarlo { draws: forecast.rul.draws(), seed: forecast.seed }),
+        model: prognosis.map(|prognosis| prognosis.model.to_string()),
+        prior: prognosis.map(|prognosis| prognosis.prior.to_string()),
+        mask_id: prognosis.map(|prognosis| prognosis.mask_id.to_string()),
+        generation: prognosis.map(|prognosis| prognosis.generation),
+        numerics_version: prognosis.map(|prognosis| prognosis.numerics_version),
+        code_version: CODE_VERSION.to_owned(),
+        pending_uploads: installed.pending_uploads,
+        advisory: ADVISORY.to_owned(),
+    }
+}
+
+fn status(state: &State, prognosis: Option<&Prognosis>) -> Status {
+    let stale_after_h = state.stale_after.as_secs_f64() / 3600.0;
+    let judged = prognosis.map(|prognosis| prognosis.status((state.clock)(), stale_after_h));
+    judged.unwrap_or(domain::Status::InsufficientHistory).into()
+}
+
+fn missing(prognosis: Option<&Prognosis>) -> Option<String> {
+    match prognosis {
+        None => Some("no upload of this component has been judged yet".to_owned()),
+        Some(prognosis) => prognosis.forecast.as_ref().err().map(|history| history.missing.clone()),
+    }
+}
+
+/// Dates at which quantiles of remaining life are flown; `None` for a tail that does not fly.
+fn end_of_life(as_of: &AsOf, rul: &RulDistribution, fh_per_day: f64) -> Option<EndOfLife> {
+    let date = |level: f64| {
+        let days = rul.quantile_fh(level)? / fh_per_day;
+        let time = (days <= MAX_DAYS).then(|| as_of.recorded_at.plus_hours(days * 24.0).to_string())?;
+        Some(time.split('T').next()?.to_owned())
+    };
+    (fh_per_day > 0.0).then(|| EndOfLife {
+        date_p10: date(0.10),
+        date_p50: date(0.50),
+        date_p90: date(0.90),
+        utilisation_fh_per_day: fh_per_day,
+    })
+}
+
+/// What is installed at a position of the operator that acts.
+pub async fn installed_at(state: &State, tail: &TailNumber, position: &Position) -> Result<Installed, Refusal> {
+    let found = state.store.installed_at(&OperatorId::default(), tail, position).await?;
+    found.ok_or_else(|| Refusal::NotFound(format!("nothing is known at position {position} of tail {tail}")))
+}
+
+/// The remaining life at every position of a tail.
+pub async fn tail_ruls(state: &State, tail: &TailNumber, within_fh: Option<&[f64]>) -> Result<Vec<RulBody>, Refusal> {
+    let installed = state.store.installed(&OperatorId::default(), tail).await?;
+    if installed.is_empty() {
+        return Err(Refusal::NotFound(format!("tail {tail} is not known")));
+    }
+    Ok(installed.iter().map(|installed| rul(state, installed, within_fh)).collect())
+}
+
+/// One page of tails, from the first after `after`.
+pub async fn tails(state: &State, after: Option<&TailNumber>, limit: u32) -> Result<Page<TailItem>, Refusal> {
+    let operator = OperatorId::default();
+    let mut names = state.store.tails(&operator, after, limit + 1).await?;
+    let next_cursor = next_cursor(&mut names, limit, TailNumber::to_string);
+    let mut items = Vec::with_capacity(names.len());
+    for tail in names {
+        let installed = state.store.installed(&operator, &tail).await?;
+        let bodies: Vec<RulBody> = installed.iter().map(|installed| rul(state, installed, None)).collect();
+        items.push(TailItem::new(tail.into(), &bodies));
+    }
+    Ok(Page { items, next_cursor })
+}
+
+/// Cuts the item that was read beyond `limit`, and tells the cursor after the last that stays.
+pub fn next_cursor<T>(items: &mut Vec<T>, limit: u32, cursor: impl Fn(&T) -> String) -> Option<String> {
+    let more = items.len() > limit as usize;
+    items.truncate(limit as usize);
+    items.last().filter(|_| more).map(cursor)
+}
+
+/// The bundle of a hash.
+pub async fn bundle(state: &State, hash: &ContentHash) -> Result<BundleRecord, Refusal> {
+    let mut bundles = state.store.bundles().await?.into_iter();
+    let found = bundles.find(|bundle| bundle.summary.hash == *hash);
+    found.ok_or_else(|| Refusal::NotFound(format!("model {hash} is not known: GET /v1/models names all")))
+}
+
+/// The mask to sample by for a bundle, or for the active one.
+pub async fn mask(state: &State, hash: Option<&ContentHash>) -> Result<MaskBody, Refusal> {
+    let record = match hash {
+        Some(hash) => bundle(state, hash).await?,
+        None => {
+            let mut bundles = state.store.bundles().await?.into_iter();
+            bundles.find(|bundle| bundle.active).ok_or_else(|| Refusal::NotFound("no model is active".to_owned()))?
+        }
+    };
+    let first = record.summary.masks.first();
+    let mask = first.ok_or_else(|| Refusal::NotFound(format!("model {} has no mask", record.summary.hash)))?;
+    Ok(MaskBody::new(mask, record.summary.hash))
+}
+
+/// What the faults of each bundle mean.
+pub async fn fault_models(state: &State) -> Result<Vec<(ContentHash, FaultModel)>, Refusal> {
+    let bundles = state.store.bundles().await?;
+    Ok(bundles.into_iter().map(|bundle| (bundle.summary.hash, bundle.summary.faults)).collect())
+}
+
+/// Names of the faults that `model` diagnoses.
+pub fn fault_names<'a>(models: &'a [(ContentHash, FaultModel)], model: &ContentHash) -> &'a [String] {
+    models.iter().find(|(hash, _)| hash == model).map(|(_, faults)| faults.names.as_slice()).unwrap_or_default()
+}
+
+/// The component that is installed.
+pub fn component(installed: &Installed) -> Component {
+    Component {
+        operator: OperatorId::default(),
+        part_number: installed.part_number.clone(),
+        serial_number: installed.serial_number.clone(),
+    }
+}

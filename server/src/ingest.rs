@@ -1,0 +1,60 @@
+//! Data Acquisition: an upload is checked against its mask, stored, and only then acknowledged.
+
+use std::{collections::HashMap, sync::Arc, sync::RwLock};
+
+use domain::{ContentHash, Invalid, OperatorId, Upload};
+use proto::json::Ingested;
+use store::{PublishedMask, Receipt};
+
+use crate::{State, app::Shared, refusal::Refusal};
+
+/// Published masks are accepted for ever, so each is read from the store once.
+#[derive(Default)]
+pub struct Masks(RwLock<HashMap<ContentHash, Arc<PublishedMask>>>);
+
+impl Masks {
+    async fn get(&self, state: &State, id: &ContentHash) -> Result<Option<Arc<PublishedMask>>, Refusal> {
+        if let Some(known) = self.0.read().expect("no holder panics").get(id) {
+            return Ok(Some(known.clone()));
+        }
+        let found = state.store.mask(id).await?.map(Arc::new);
+        if let Some(mask) = &found {
+            self.0.write().expect("no holder panics").insert(*id, mask.clone());
+        }
+        Ok(found)
+    }
+}
+
+/// Stores an upload of the operator that acts; returns `Accepted` or `Duplicate` once it is durable.
+pub async fn ingest(shared: &Shared, upload: Upload) -> Result<Ingested, Refusal> {
+    let operator = OperatorId::default();
+    let Some(published) = shared.masks.get(&shared.state, &upload.mask_id).await? else {
+        let detail = format!("mask {} was never published: GET /v1/models names the masks", upload.mask_id);
+        return Err(Invalid::one("#/mask_id", detail).into());
+    };
+    upload.check(&published.mask, published.k_nom)?;
+    if !shared.state.enrol {
+        must_be_known(&shared.state, &operator, &upload).await?;
+    }
+    let upload_id = upload.upload_id.clone();
+    match shared.state.store.accept(&operator, upload, (shared.state.clock)()).await? {
+        Receipt::Accepted => Ok(Ingested::Accepted),
+        Receipt::Duplicate => Ok(Ingested::Duplicate),
+        Receipt::Conflict => Err(Refusal::Conflict(upload_id)),
+    }
+}
+
+async fn must_be_known(state: &State, operator: &OperatorId, upload: &Upload) -> Result<(), Refusal> {
+    let mut invalid = Invalid::default();
+    if state.store.installed_at(operator, &upload.tail, &upload.position).await?.is_none() {
+        invalid.push(
+            "#/position",
+            format!("{} of {} is not known, and uploads do not enrol", upload.position, upload.tail),
+        );
+    }
+    if state.store.installations(&upload.component(operator)).await?.is_empty() {
+        let (part, serial) = (&upload.part_number, &upload.serial_number);
+        invalid.push("#/serial_number", format!("{part} {serial} is not known, and uploads do not enrol"));
+    }
+    Ok(invalid.into_result(Some(()))?)
+}

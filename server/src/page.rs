@@ -1,0 +1,38 @@
+//! Pages for people: the fleet, worst first, and one component. Plain HTML and SVG made here.
+
+mod chart;
+mod component;
+mod fleet;
+mod words;
+
+use askama::Template;
+use axum::{
+    Router,
+    http::{
+        HeaderName,
+        header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE},
+    },
+    response::{IntoResponse, Response},
+    routing::get,
+};
+
+use crate::{app::Shared, refusal::Refusal};
+
+/// Nothing is loaded from anywhere; the style comes with the page.
+const POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// Routes of the pages.
+pub fn router() -> Router<Shared> {
+    Router::new().route("/", get(fleet::get)).route("/tails/{tail}/positions/{position}", get(component::get))
+}
+
+fn html(page: &impl Template) -> Result<Response, Refusal> {
+    let body = page.render().map_err(|error| {
+        tracing::error!(%error, "a page cannot be rendered");
+        Refusal::Internal
+    })?;
+    let headers: [(HeaderName, &str); 2] =
+        [(CONTENT_TYPE, "text/html; charset=utf-8"), (CONTENT_SECURITY_POLICY, POLICY)];
+    Ok((headers, body).into_response())
+}

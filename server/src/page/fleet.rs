@@ -1,0 +1,96 @@
+//! The fleet, worst first.
+
+use askama::Template;
+use axum::{extract::State as Extract, response::Response};
+use domain::{OperatorId, Timestamp};
+use proto::json::RulBody;
+
+use super::{
+    html,
+    words::{Badge, grouped, hours},
+};
+use crate::{answer, app::Shared, refusal::Refusal};
+
+/// Tails on the page; the rest is told over REST.
+const MAX_TAILS: u32 = 500;
+
+#[derive(Template)]
+#[template(path = "fleet.html")]
+struct FleetPage {
+    now: Timestamp,
+    tails: usize,
+    more: bool,
+    pending: String,
+    rows: Vec<Row>,
+    advisory: &'static str,
+}
+
+struct Row {
+    badge: Badge,
+    tail: String,
+    position: String,
+    part_number: String,
+    serial_number: String,
+    p10: String,
+    p50: String,
+    dates: String,
+    dominant_fault: String,
+    as_of: String,
+}
+
+/// `GET /`
+pub async fn get(Extract(shared): Extract<Shared>) -> Result<Response, Refusal> {
+    let (state, operator) = (&shared.state, OperatorId::default());
+    let mut tails = state.store.tails(&operator, None, MAX_TAILS + 1).await?;
+    let more = tails.len() > MAX_TAILS as usize;
+    tails.truncate(MAX_TAILS as usize);
+    let mut bodies = Vec::new();
+    for tail in &tails {
+        let installed = state.store.installed(&operator, tail).await?;
+        bodies.extend(installed.iter().map(|installed| answer::rul(state, installed, None)));
+    }
+    bodies.sort_by(worst_first);
+    html(&FleetPage {
+        now: (state.clock)(),
+        tails: tails.len(),
+        more,
+        pending: grouped(bodies.iter().map(|body| body.pending_uploads).sum::<u64>() as f64),
+        rows: bodies.into_iter().map(Row::new).collect(),
+        advisory: domain::ADVISORY,
+    })
+}
+
+/// By status, then by the 10 % quantile and the median; a censored quantile is the longest.
+fn worst_first(a: &RulBody, b: &RulBody) -> std::cmp::Ordering {
+    let quantiles = |body: &RulBody| {
+        let rul = body.rul_fh.as_ref();
+        let known = |quantile: Option<f64>| quantile.unwrap_or(f64::INFINITY);
+        [known(rul.and_then(|rul| rul.p10)), known(rul.and_then(|rul| rul.p50))]
+    };
+    let (x, y) = (quantiles(a), quantiles(b));
+    a.status.cmp(&b.status).then(x[0].total_cmp(&y[0])).then(x[1].total_cmp(&y[1]))
+}
+
+impl Row {
+    fn new(body: RulBody) -> Self {
+        let rul = body.rul_fh.as_ref();
+        let dates = body.end_of_life.as_ref().map(|end| {
+            let date = |date: &Option<String>| date.clone().unwrap_or_else(|| "later".to_owned());
+            format!("{} \u{2013} {}", date(&end.date_p10), date(&end.date_p50))
+        });
+        Self {
+            badge: Badge::of(&body),
+            p10: hours(&body, rul.and_then(|rul| rul.p10)),
+            p50: hours(&body, rul.and_then(|rul| rul.p50)),
+            dates: dates.unwrap_or_else(|| "unknown".to_owned()),
+            dominant_fault: body.dominant_fault.unwrap_or_else(|| "unknown".to_owned()),
+            as_of: body
+                .as_of
+                .map_or_else(|| "nothing yet".to_owned(), |as_of| format!("{} fh", grouped(as_of.flight_hours))),
+            tail: body.tail,
+            position: body.position,
+            part_number: body.part_number,
+            serial_number: body.serial_number,
+        }
+    }
+}

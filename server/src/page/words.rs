@@ -1,0 +1,73 @@
+//! Statuses and numbers as people read them.
+
+use proto::json::{RulBody, Status};
+
+/// Below this 10 % quantile of remaining life a forecast asks for attention, flight hours.
+const ATTENTION_FH: f64 = 500.0;
+
+/// A status in words, with an icon and a class of the style sheet. Unknown is never green.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Badge {
+    /// The class.
+    pub class: &'static str,
+    /// The icon.
+    pub icon: &'static str,
+    /// The words.
+    pub words: &'static str,
+}
+
+impl Badge {
+    /// The badge of a prognosis.
+    pub fn of(body: &RulBody) -> Self {
+        let p10 = body.rul_fh.as_ref().and_then(|rul| rul.p10);
+        let (class, icon, words) = match body.status {
+            Status::Failed => ("failed", "✖", "failed"),
+            Status::InsufficientHistory => ("unknown", "?", "unknown: not enough history"),
+            Status::Stale => ("unknown", "?", "unknown: data is stale"),
+            Status::Ok | Status::BeyondHorizon if p10.is_some_and(|p10| p10 < ATTENTION_FH) => {
+                ("soon", "▲", "end of life near")
+            }
+            Status::BeyondHorizon => ("good", "✔", "beyond the horizon"),
+            Status::Ok => ("good", "✔", "ok"),
+        };
+        Self { class, icon, words }
+    }
+}
+
+/// Flight hours, or what a missing quantile means.
+pub fn hours(body: &RulBody, quantile: Option<f64>) -> String {
+    match (quantile, body.horizon_fh) {
+        (Some(hours), _) => format!("{} fh", grouped(hours)),
+        (None, Some(horizon)) => format!("> {} fh", grouped(horizon)),
+        (None, None) => "unknown".to_owned(),
+    }
+}
+
+/// A whole number in groups of three digits, parted by thin no-break spaces.
+pub fn grouped(number: f64) -> String {
+    let digits = format!("{:.0}", number.abs());
+    let mut text = String::new();
+    if number <= -0.5 {
+        text.push('\u{2212}');
+    }
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push('\u{202f}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_come_in_threes() {
+        assert_eq!(grouped(0.4), "0");
+        assert_eq!(grouped(999.6), "1\u{202f}000");
+        assert_eq!(grouped(1_234_567.0), "1\u{202f}234\u{202f}567");
+        assert_eq!(grouped(-1234.0), "\u{2212}1\u{202f}234");
+    }
+}

@@ -1,0 +1,218 @@
+//! What the server says when it does not do what it was asked: once, for both transports.
+
+use std::time::Duration;
+
+use axum::{
+    Json,
+    http::{
+        HeaderValue, StatusCode,
+        header::{CONTENT_TYPE, RETRY_AFTER},
+    },
+    response::{IntoResponse, Response},
+};
+use domain::{Invalid, UploadId};
+use proto::{
+    grpc::field_path,
+    json::{BodyError, FieldError, Problem},
+};
+use store::StoreError;
+use tonic::{Code, Status};
+use tonic_types::{ErrorDetails, FieldViolation, StatusExt};
+
+/// When to come back after an overload.
+const RETRY_AFTER_S: u64 = 1;
+
+/// Why a request was refused; the text is for the caller.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// The body is not JSON.
+    #[error("the body is not JSON: {0}")]
+    Malformed(Invalid),
+    /// The body is JSON, but not acceptable.
+    #[error("the content is not acceptable: {0}")]
+    Invalid(Invalid),
+    /// Query or path parameters are not acceptable.
+    #[error("parameters are not acceptable: {}", named(.0))]
+    Parameters(Vec<FieldError>),
+    /// There is no such thing.
+    #[error("{0}")]
+    NotFound(String),
+    /// The route exists, the method does not.
+    #[error("this method is not offered here: see the Allow header")]
+    MethodNotAllowed,
+    /// The upload_id is taken by other content.
+    #[error(
+        "upload {0} was stored before with other content; nothing was changed: give other content another upload_id"
+    )]
+    Conflict(UploadId),
+    /// The body is too large.
+    #[error("the body, or one line of it, exceeds {limit_bytes} bytes")]
+    TooLarge {
+        /// The limit.
+        limit_bytes: usize,
+    },
+    /// The body is of a type that is not read here.
+    #[error("content type {given:?} is not read here: send {wanted}, without content encoding")]
+    UnsupportedMediaType {
+        /// What was sent.
+        given: String,
+        /// What is read.
+        wanted: &'static str,
+    },
+    /// The body did not arrive.
+    #[error("the body ended early or took too long")]
+    Interrupted,
+    /// Not now.
+    #[error("{0}: try again")]
+    Unavailable(String),
+    /// A fault of the server; the log knows more.
+    #[error("a fault of the server: it was logged")]
+    Internal,
+}
+
+fn named(errors: &[FieldError]) -> String {
+    let one = |e: &FieldError| format!("{}: {}", e.parameter.as_deref().unwrap_or_default(), e.detail);
+    errors.iter().map(one).collect::<Vec<_>>().join("; ")
+}
+
+impl Refusal {
+    /// A single parameter that is not acceptable.
+    pub fn parameter(name: &str, detail: impl Into<String>) -> Self {
+        Self::Parameters(vec![FieldError::parameter(name, detail)])
+    }
+
+    /// The HTTP status.
+    pub fn status(&self) -> StatusCode {
+        match self {
+            Self::Malformed(_) => StatusCode::BAD_REQUEST,
+            Self::Invalid(_) | Self::Parameters(_) => StatusCode::UNPROCESSABLE_ENTITY,
+            Self::NotFound(_) => StatusCode::NOT_FOUND,
+            Self::MethodNotAllowed => StatusCode::METHOD_NOT_ALLOWED,
+            Self::Conflict(_) => StatusCode::CONFLICT,
+            Self::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
+            Self::UnsupportedMediaType { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
+            Self::Interrupted => StatusCode::REQUEST_TIMEOUT,
+            Self::Unavailable(_) => StatusCode::SERVICE_UNAVAILABLE,
+            Self::Internal => StatusCode::INTERNAL_SERVER_ERROR,
+        }
+    }
+
+    /// The problem document.
+    pub fn problem(&self) -> Problem {
+        let status = self.status();
+        let errors = match self {
+            Self::Malformed(invalid) | Self::Invalid(invalid) => FieldError::list(invalid.clone()),
+            Self::Parameters(errors) => errors.clone(),
+            _ => Vec::new(),
+        };
+        let upload_id = match self {
+            Self::Conflict(upload_id) => Some(upload_id.to_string()),
+            _ => None,
+        };
+        Problem {
+            kind: "about:blank".to_owned(),
+            title: status.canonical_reason().unwrap_or_default().to_owned(),
+            status: status.as_u16(),
+            detail: self.to_string(),
+            errors,
+            upload_id,
+        }
+    }
+
+    fn code(&self) -> Code {
+        match self {
+            Self::Malformed(_) | Self::Invalid(_) | Self::Parameters(_) => Code::InvalidArgument,
+            Self::TooLarge { .. } | Self::UnsupportedMediaType { .. } | Self::Interrupted => Code::InvalidArgument,
+            Self::NotFound(_) => Code::NotFound,
+            Self::MethodNotAllowed => Code::Unimplemented,
+            Self::Conflict(_) => Code::AlreadyExists,
+            Self::Unavailable(_) => Code::Unavailable,
+            Self::Internal => Code::Internal,
+        }
+    }
+}
+
+impl IntoResponse for Refusal {
+    fn into_response(self) -> Response {
+        let mut response = (self.status(), Json(self.problem())).into_response();
+        let headers = response.headers_mut();
+        headers.insert(CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+        if let Self::Unavailable(_) = self {
+            headers.insert(RETRY_AFTER, HeaderValue::from(RETRY_AFTER_S));
+        }
+        response
+    }
+}
+
+impl From<Refusal> for Status {
+    fn from(refusal: Refusal) -> Self {
+        let problem = refusal.problem();
+        let field = |error: FieldError| {
+            let name = error.pointer.as_deref().map(field_path).or(error.parameter).unwrap_or_default();
+            FieldViolation::new(name, error.detail)
+        };
+        let mut details = ErrorDetails::new();
+        if !problem.errors.is_empty() {
+            details.set_bad_request(problem.errors.into_iter().map(field).collect::<Vec<_>>());
+        }
+        if let Refusal::Unavailable(_) = refusal {
+            details.set_retry_info(Some(Duration::from_secs(RETRY_AFTER_S)));
+        }
+        Status::with_error_details(refusal.code(), problem.detail, details)
+    }
+}
+
+impl From<BodyError> for Refusal {
+    fn from(error: BodyError) -> Self {
+        match error {
+            BodyError::Malformed(invalid) => Self::Malformed(invalid),
+            BodyError::Invalid(invalid) => Self::Invalid(invalid),
+        }
+    }
+}
+
+impl From<Invalid> for Refusal {
+    fn from(invalid: Invalid) -> Self {
+        Self::Invalid(invalid)
+    }
+}
+
+impl From<StoreError> for Refusal {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Overloaded { .. } | StoreError::Closed | StoreError::NoActiveBundle => {
+                Self::Unavailable(error.to_string())
+            }
+            fault => {
+                tracing::error!(error = %fault, "the store failed");
+                Self::Internal
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_names_the_same_field_on_both_transports() {
+        let refusal = Refusal::Invalid(Invalid::one("#/samples/3", "7 is outside"));
+        assert_eq!(refusal.problem().errors[0].pointer.as_deref(), Some("#/samples/3"));
+        let status = Status::from(refusal);
+        assert_eq!(status.code(), Code::InvalidArgument);
+        let details = status.get_error_details();
+        assert_eq!(details.bad_request().unwrap().field_violations[0].field, "samples[3]");
+    }
+
+    #[test]
+    fn overload_says_when_to_return() {
+        let refusal = Refusal::from(StoreError::Overloaded { capacity: 4 });
+        let response = refusal.clone().into_response();
+        assert_eq!(response.status(), StatusCode::SERVICE_UNAVAILABLE);
+        assert_eq!(response.headers()[RETRY_AFTER], "1");
+        let status = Status::from(refusal);
+        assert_eq!(status.code(), Code::Unavailable);
+        assert!(status.get_error_details().retry_info().is_some());
+    }
+}

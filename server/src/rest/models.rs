@@ -1,0 +1,61 @@
+//! Model bundles and their masks.
+
+use axum::{Json, extract::State as Extract};
+use domain::ContentHash;
+use proto::json::{MaskBody, ModelItem, Page, Problem};
+use serde::Deserialize;
+
+use crate::{answer, app::Shared, parameters::Named, refusal::Refusal};
+
+/// A bundle in a path.
+#[derive(Deserialize)]
+pub struct One {
+    hash: ContentHash,
+}
+
+/// All model bundles, the oldest first.
+#[utoipa::path(
+    get, path = "/v1/models", tag = "models", operation_id = "listModels",
+    responses(
+        (status = 200, description = "All bundles", body = Page<ModelItem>),
+        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub async fn list(Extract(shared): Extract<Shared>) -> Result<Json<Page<ModelItem>>, Refusal> {
+    let bundles = shared.state.store.bundles().await?;
+    let items = bundles.iter().map(|bundle| ModelItem::new(&bundle.summary, bundle.active)).collect();
+    Ok(Json(Page { items, next_cursor: None }))
+}
+
+/// One model bundle.
+#[utoipa::path(
+    get, path = "/v1/models/{hash}", tag = "models", operation_id = "getModel",
+    params(("hash" = String, Path, description = "SHA-256 of the bundle")),
+    responses(
+        (status = 200, description = "The bundle", body = ModelItem),
+        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub async fn get(
+    Extract(shared): Extract<Shared>,
+    Named(One { hash }): Named<One>,
+) -> Result<Json<ModelItem>, Refusal> {
+    let bundle = answer::bundle(&shared.state, &hash).await?;
+    Ok(Json(ModelItem::new(&bundle.summary, bundle.active)))
+}
+
+/// The mask by which to sample for a model bundle.
+#[utoipa::path(
+    get, path = "/v1/models/{hash}/mask", tag = "models", operation_id = "getMask",
+    params(("hash" = String, Path, description = "SHA-256 of the bundle")),
+    responses(
+        (status = 200, description = "The mask", body = MaskBody),
+        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub async fn mask(
+    Extract(shared): Extract<Shared>,
+    Named(One { hash }): Named<One>,
+) -> Result<Json<MaskBody>, Refusal> {
+    Ok(Json(answer::mask(&shared.state, Some(&hash)).await?))
+}
