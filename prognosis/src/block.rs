@@ -102,3 +102,86 @@ fn trimmed_mean(values: Vec<f64>) -> f64 {
     let kept = if values.len() >= MIN_TO_TRIM { &values[1..values.len() - 1] } else { &values };
     kept.iter().sum::<f64>() / kept.len() as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn observation(t_fh: f64, value: f64) -> Observation {
+        Observation { t_fh, fault_vector: FaultVector(vec![value]), sigma: vec![0.01], load: None, temperature: None }
+    }
+
+    fn at(times: &[f64]) -> Vec<Observation> {
+        times.iter().map(|&t_fh| observation(t_fh, 0.001 * t_fh)).collect()
+    }
+
+    #[test]
+    fn a_block_closes_with_the_first_observation_of_a_later_one() {
+        assert_eq!(blocks(&at(&[0.0, 5.0, 19.9])), []);
+        let closed = blocks(&at(&[0.0, 5.0, 19.9, 20.0]));
+        assert_eq!((closed[0].index, closed[0].observations.clone()), (0, 0..3));
+        assert!((closed[0].centre_fh - 8.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn too_few_observations_are_merged_into_the_next_block() {
+        let closed = blocks(&at(&[1.0, 2.0, 21.0, 22.0, 61.0, 62.0, 63.0, 100.0]));
+        let ranges: Vec<_> = closed.iter().map(|block| (block.index, block.observations.clone())).collect();
+        assert_eq!(ranges, [(1, 0..4), (3, 4..7)]);
+        assert_eq!(blocks(&at(&[1.0, 21.0, 41.0, 61.0]))[0].observations, 0..3);
+    }
+
+    #[test]
+    fn extremes_are_dropped_from_five_observations_on() {
+        let mean_of = |values: &[f64]| {
+            let inside = values.iter().enumerate().map(|(i, &value)| observation(i as f64, value));
+            let closed = blocks(&inside.chain([observation(20.0, 0.0)]).collect::<Vec<_>>());
+            (closed[0].mean[0], closed[0].variance[0])
+        };
+        let close = |(mean, variance): (f64, f64), expected: (f64, f64)| {
+            assert!((mean - expected.0).abs() < 1e-15 && (variance - expected.1).abs() < 1e-18, "{mean} {variance}");
+        };
+        close(mean_of(&[0.1, 0.9, 0.2, 0.3, 0.0]), (0.2, 0.75 * 1e-4 / 5.0));
+        close(mean_of(&[0.1, 0.9, 0.2, 0.0]), (0.3, 1e-4 / 4.0));
+    }
+
+    fn life() -> impl Strategy<Value = Vec<Observation>> {
+        let gaps = prop::collection::vec((0u8..40, 0.0..1.0f64), 1..120);
+        gaps.prop_map(|gaps| {
+            let mut t_fh = 0.0;
+            let next = |(gap, value): (u8, f64)| {
+                // Many observations share a time, few are far apart.
+                t_fh += f64::from(gap.saturating_sub(20));
+                observation(t_fh, value)
+            };
+            gaps.into_iter().map(next).collect()
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn closed_blocks_are_full_adjacent_and_final(life in life(), cut in 0.0..1.0f64) {
+            let closed = blocks(&life);
+            let mut start = 0;
+            for block in &closed {
+                prop_assert_eq!(block.observations.start, start);
+                prop_assert!(block.observations.len() >= MIN_OBSERVATIONS);
+                start = block.observations.end;
+                prop_assert!(index(&life[start]) > block.index);
+            }
+            let earlier = blocks(&life[..(cut * life.len() as f64) as usize]);
+            prop_assert_eq!(&earlier[..], &closed[..earlier.len()]);
+        }
+
+        #[test]
+        fn the_order_of_observations_of_equal_time_does_not_matter(life in life()) {
+            let mut other = life.clone();
+            other.sort_by(|a, b| {
+                a.t_fh.total_cmp(&b.t_fh).then(b.fault_vector.0[0].total_cmp(&a.fault_vector.0[0]))
+            });
+            prop_assert_eq!(blocks(&life), blocks(&other));
+        }
+    }
+}

@@ -91,3 +91,63 @@ fn expectation(x: f64, measured: &Measurement) -> (f64, f64) {
     let slope = normal::cumulative(z);
     (measured.sigma * normal::density(z) + x * slope, slope)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRACK: Track = Track { x: 0.03, b: 2e-5, p_xx: 4e-6, p_xb: 1e-9, p_bb: 1e-11 };
+
+    fn close(a: f64, b: f64) {
+        assert!((a / b - 1.0).abs() < 1e-12, "{a} and {b}");
+    }
+
+    #[test]
+    fn many_short_steps_agree_with_a_long_one() {
+        let (mut short, mut long) = (TRACK, TRACK);
+        for _ in 0..8 {
+            short.predict(&Transition::new(7e-4, 2.5e-4, 20.0));
+        }
+        long.predict(&Transition::new(7e-4, 2.5e-4, 160.0));
+        close(short.x, long.x);
+        close(short.p_xx, long.p_xx);
+        close(short.p_xb, long.p_xb);
+    }
+
+    #[test]
+    fn correction_is_that_of_the_normal_distribution() {
+        let mut track = TRACK;
+        let variance = 2e-6;
+        track.correct(&Measurement { value: 0.032, variance, sigma: 5e-3, clipped: false });
+        close(1.0 / track.p_xx, 1.0 / TRACK.p_xx + 1.0 / variance);
+        close(track.x / track.p_xx, TRACK.x / TRACK.p_xx + 0.032 / variance);
+        close(track.b - TRACK.b, TRACK.p_xb / TRACK.p_xx * (track.x - TRACK.x));
+        close(track.p_xb / track.p_xx, TRACK.p_xb / TRACK.p_xx);
+    }
+
+    #[test]
+    fn an_outlier_moves_the_belief_less_the_farther_it_is_and_weighs_linearly() {
+        let measured = |value| Measurement { value, variance: 2e-6, sigma: 5e-3, clipped: false };
+        let (mut near, mut far, mut farther) = (TRACK, TRACK, TRACK);
+        near.correct(&measured(0.036));
+        let losses = [far.correct(&measured(0.2)), farther.correct(&measured(0.37))];
+        assert!(farther.x - TRACK.x < far.x - TRACK.x && far.x < near.x);
+        let z = |value: f64| (value - TRACK.x) / (TRACK.p_xx + 2e-6).sqrt();
+        close(losses[0] - losses[1], OUTLIER * (z(0.37) - z(0.2)));
+    }
+
+    #[test]
+    fn the_mean_of_a_clipped_observation_is_its_integral() {
+        for x in [-0.01, 0.0, 0.004, 0.03] {
+            let measured = Measurement { value: 0.0, variance: 1e-6, sigma: 7.5e-3, clipped: true };
+            let cells = 200_000;
+            let mean = (0..cells).map(|i| {
+                let z = -8.0 + 16.0 * (f64::from(i) + 0.5) / f64::from(cells);
+                f64::max(0.0, x + measured.sigma * z) * normal::density(z) * 16.0 / f64::from(cells)
+            });
+            assert!((mean.sum::<f64>() - expectation(x, &measured).0).abs() < 1e-10);
+            let slope = (expectation(x + 1e-6, &measured).0 - expectation(x - 1e-6, &measured).0) / 2e-6;
+            assert!((slope - expectation(x, &measured).1).abs() < 1e-7);
+        }
+    }
+}

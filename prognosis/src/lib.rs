@@ -9,6 +9,7 @@
 
 pub mod block;
 pub mod boundary;
+pub mod failure_time;
 pub mod filter;
 pub mod fit;
 pub mod forecast;
@@ -19,6 +20,7 @@ pub mod prior;
 
 pub use block::{Block, Observation, blocks};
 pub use boundary::Boundary;
+pub use failure_time::{FinishedLife, fit_failure_time_error};
 pub use filter::Filter;
 pub use fit::{FitSettings, NoHistory, fit_prior};
 pub use forecast::{Forecast, ForecastSettings, forecast};

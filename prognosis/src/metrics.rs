@@ -50,7 +50,7 @@ pub fn relative_error(predicted_fh: f64, truth_fh: f64) -> f64 {
     (predicted_fh - truth_fh) / truth_fh
 }
 
-/// Relative accuracy 1 - |error| / truth of the mean; the cumulative one is its mean over predictions.
+/// Relative accuracy 1 - |error| / truth of the mean.
 pub fn relative_accuracy(draws: &[Option<f64>], truth_fh: f64, horizon_fh: f64) -> f64 {
     let mean = draws.iter().map(|draw| draw.unwrap_or(horizon_fh)).sum::<f64>() / draws.len() as f64;
     1.0 - relative_error(mean, truth_fh).abs()
@@ -61,4 +61,53 @@ pub fn fraction_within(draws: &[Option<f64>], alpha: f64, truth_fh: f64) -> f64 
     let (low, high) = (truth_fh - alpha * truth_fh, truth_fh + alpha * truth_fh);
     let inside = draws.iter().flatten().filter(|&&end| low < end && end < high).count();
     inside as f64 / draws.len() as f64
+}
+
+/// One forecast in a series over a life.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// When it was made, hours since the start of the life.
+    pub t_fh: f64,
+    /// Draws of remaining life.
+    pub draws: Vec<Option<f64>>,
+}
+
+/// The part of a forecast that has to lie how close to the truth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Criterion {
+    /// Half width of the band, relative to the true remaining life.
+    pub alpha: f64,
+    /// Least share of the draws strictly inside the band.
+    pub beta: f64,
+}
+
+impl Criterion {
+    fn met(&self, prediction: &Prediction, failure_fh: f64) -> bool {
+        fraction_within(&prediction.draws, self.alpha, failure_fh - prediction.t_fh) >= self.beta
+    }
+}
+
+/// Whether the first prediction at or after `lambda_fh` meets the criterion; `None` without one.
+pub fn alpha_lambda(
+    predictions: &[Prediction],
+    failure_fh: f64,
+    criterion: &Criterion,
+    lambda_fh: f64,
+) -> Option<bool> {
+    let judged = predictions.iter().find(|prediction| prediction.t_fh >= lambda_fh)?;
+    Some(criterion.met(judged, failure_fh))
+}
+
+/// True remaining life at the first prediction before failure that meets the criterion, whether or
+/// not later ones do.
+pub fn prognostic_horizon_fh(predictions: &[Prediction], failure_fh: f64, criterion: &Criterion) -> Option<f64> {
+    let mut before = predictions.iter().filter(|prediction| prediction.t_fh < failure_fh);
+    before.find(|prediction| criterion.met(prediction, failure_fh)).map(|prediction| failure_fh - prediction.t_fh)
+}
+
+/// Mean of the [`relative_accuracy`] over the predictions before failure.
+pub fn cumulative_relative_accuracy(predictions: &[Prediction], failure_fh: f64, horizon_fh: f64) -> f64 {
+    let before = predictions.iter().filter(|prediction| prediction.t_fh < failure_fh);
+    let accuracies: Vec<f64> = before.map(|p| relative_accuracy(&p.draws, failure_fh - p.t_fh, horizon_fh)).collect();
+    accuracies.iter().sum::<f64>() / accuracies.len() as f64
 }
