@@ -17,6 +17,7 @@ mod kalman;
 pub mod metrics;
 pub mod posterior;
 pub mod prior;
+pub mod surrogate;
 
 pub use block::{Block, Observation, blocks};
 pub use boundary::Boundary;

@@ -1,0 +1,267 @@
+//! Radial basis functions over shared centres: what every surrogate evaluates online.
+
+use domain::FaultModel;
+use serde::{Deserialize, Serialize};
+
+/// Centres that are evaluated side by side; one block of them holds this many.
+const LANES: usize = 8;
+/// Most outputs of one expansion, so that its evaluation needs no heap.
+pub(super) const MAX_OUTPUTS: usize = 8;
+
+/// Maps a fault vector to deviations from nominal in units of the largest possible one, so that
+/// severities stay k and eccentricities become 2 k - 1.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Scaling {
+    nominal: Vec<f64>,
+    factor: Vec<f64>,
+}
+
+impl Scaling {
+    /// The scaling of a fault model whose entries lie in [0, 1].
+    pub fn new(faults: &FaultModel) -> Self {
+        let factor = faults.nominal.iter().map(|&nominal| 1.0 / nominal.max(1.0 - nominal)).collect();
+        Self { nominal: faults.nominal.clone(), factor }
+    }
+
+    /// Number of entries of a fault vector.
+    pub fn len(&self) -> usize {
+        self.nominal.len()
+    }
+
+    /// Whether fault vectors are empty.
+    pub fn is_empty(&self) -> bool {
+        self.nominal.is_empty()
+    }
+
+    /// The scaled fault vector.
+    pub fn apply(&self, k: &[f64]) -> Vec<f64> {
+        k.iter().enumerate().map(|(entry, &k)| self.entry(entry, k)).collect()
+    }
+
+    fn entry(&self, entry: usize, k: f64) -> f64 {
+        (k - self.nominal[entry]) * self.factor[entry]
+    }
+}
+
+/// One output of an expansion, in scaled coordinates x.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Output {
+    /// Value where every basis function vanishes and x = 0.
+    pub constant: f64,
+    /// Slope along each scaled fault.
+    pub slope: Vec<f64>,
+    /// Weight of each centre.
+    pub weights: Vec<f64>,
+}
+
+/// f_o(x) = constant_o + slope_o . x + sum_c w_oc exp(-gamma |x - c|^2), x = scaled fault vector.
+///
+/// Centres are stored in blocks of [`LANES`]: for each fault the coordinates of the block's centres,
+/// then for each output their weights. Every sum runs in a fixed order over IEEE operations only, so
+/// that results are the same bits wherever vector registers of any width are used. The last block is
+/// filled up with copies of the last centre at weight zero.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Parts")]
+pub(super) struct RbfExpansion {
+    scaling: Scaling,
+    gamma: f64,
+    affine: Vec<f64>,
+    blocks: Vec<f64>,
+}
+
+/// An expansion as read, before its sizes are checked.
+#[derive(Deserialize)]
+struct Parts {
+    scaling: Scaling,
+    gamma: f64,
+    affine: Vec<f64>,
+    blocks: Vec<f64>,
+}
+
+impl TryFrom<Parts> for RbfExpansion {
+    type Error = String;
+    fn try_from(parts: Parts) -> Result<Self, String> {
+        let Parts { scaling, gamma, affine, blocks } = parts;
+        let faults = scaling.len();
+        let outputs = affine.len() / (faults + 1);
+        let sizes_agree = scaling.factor.len() == faults
+            && affine.len() == outputs * (faults + 1)
+            && (1..=MAX_OUTPUTS).contains(&outputs)
+            && blocks.len().is_multiple_of((faults + outputs) * LANES);
+        if !sizes_agree {
+            return Err(format!("surrogate of {faults} faults with {} affine terms", affine.len()));
+        }
+        Ok(Self { scaling, gamma, affine, blocks })
+    }
+}
+
+impl RbfExpansion {
+    /// The expansion with these scaled centres; every output has one weight per centre.
+    pub fn new(scaling: Scaling, gamma: f64, centres: &[&[f64]], outputs: &[Output]) -> Self {
+        assert!((1..=MAX_OUTPUTS).contains(&outputs.len()), "{} outputs", outputs.len());
+        assert!(outputs.iter().all(|o| o.weights.len() == centres.len() && o.slope.len() == scaling.len()));
+        let affine = outputs.iter().flat_map(|o| std::iter::once(o.constant).chain(o.slope.iter().copied())).collect();
+        let mut blocks = Vec::new();
+        for first in (0..centres.len()).step_by(LANES) {
+            let centre_of_lane = |lane: usize| centres[(first + lane).min(centres.len() - 1)];
+            for entry in 0..scaling.len() {
+                blocks.extend((0..LANES).map(|lane| centre_of_lane(lane)[entry]));
+            }
+            for output in outputs {
+                blocks.extend((0..LANES).map(|lane| output.weights.get(first + lane).copied().unwrap_or(0.0)));
+            }
+        }
+        Self { scaling, gamma, affine, blocks }
+    }
+
+    /// The least output at the fault vector `k` (nominal values included).
+    pub fn minimum(&self, k: &[f64]) -> f64 {
+        assert_eq!(k.len(), self.scaling.len(), "a fault vector of another model");
+        let mut sums = [[0.0; LANES]; MAX_OUTPUTS];
+        for (centres, weights) in self.blocks() {
+            let basis = self.squared_distances(k, centres).map(|squared| exp_negative(-self.gamma * squared));
+            for (sum, weights) in sums.iter_mut().zip(weights) {
+                for lane in 0..LANES {
+                    sum[lane] += weights[lane] * basis[lane];
+                }
+            }
+        }
+        let affine = self.affine.chunks_exact(self.scaling.len() + 1);
+        let output = |(affine, sum): (&[f64], &[f64; LANES])| self.affine_value(affine, k) + sum.iter().sum::<f64>();
+        affine.zip(&sums).map(output).reduce(f64::min).expect("an expansion has outputs")
+    }
+
+    /// Distance of the fault vector `k` from the nearest centre, in scaled coordinates.
+    pub fn distance_to_nearest_centre(&self, k: &[f64]) -> f64 {
+        let squared = self.blocks().flat_map(|(centres, _)| self.squared_distances(k, centres));
+        squared.fold(f64::INFINITY, f64::min).sqrt()
+    }
+
+    /// The blocks, each as centres (one row per fault) and weights (one row per output).
+    fn blocks(&self) -> impl Iterator<Item = (&[[f64; LANES]], &[[f64; LANES]])> {
+        let faults = self.scaling.len();
+        let outputs = self.affine.len() / (faults + 1);
+        let (rows, _) = self.blocks.as_chunks::<LANES>();
+        rows.chunks_exact(faults + outputs).map(move |block| block.split_at(faults))
+    }
+
+    fn squared_distances(&self, k: &[f64], centres: &[[f64; LANES]]) -> [f64; LANES] {
+        let mut squared = [0.0; LANES];
+        for (entry, row) in centres.iter().enumerate() {
+            let x = self.scaling.entry(entry, k[entry]);
+            for lane in 0..LANES {
+                let difference = x - row[lane];
+                squared[lane] += difference * difference;
+            }
+        }
+        squared
+    }
+
+    fn affine_value(&self, affine: &[f64], k: &[f64]) -> f64 {
+        let slopes = affine[1..].iter().enumerate();
+        slopes.fold(affine[0], |sum, (entry, slope)| sum + slope * self.scaling.entry(entry, k[entry]))
+    }
+}
+
+/// exp(-gamma |a - b|^2), the kernel of training and evaluation alike.
+pub(super) fn kernel(gamma: f64, a: &[f64], b: &[f64]) -> f64 {
+    let squared: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
+    exp_negative(-gamma * squared)
+}
+
+/// exp(x) for x <= 0 within 2e-15 of its value, about 1e-304 for all x below -700.
+///
+/// x = n ln 2 + r with |r| <= ln 2 / 2, exp(r) by its Taylor series to the 12th power, 2^n by its bits.
+/// Free of branches and tables, so that compilers evaluate several at once, and made of IEEE
+/// operations only, so that it is the same bits however they do it.
+#[inline(always)]
+fn exp_negative(x: f64) -> f64 {
+    // Adding 1.5 * 2^52 rounds to an integer, which then stands in the low bits of the sum.
+    const ROUND: f64 = 6_755_399_441_055_744.0;
+    // ln 2 in two parts, the first with trailing zeros so that n * LN_2_HIGH is exact.
+    const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;
+    const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+    const INVERSE_FACTORIALS: [f64; 13] = [
+        1.0 / 479_001_600.0,
+        1.0 / 39_916_800.0,
+        1.0 / 3_628_800.0,
+        1.0 / 362_880.0,
+        1.0 / 40_320.0,
+        1.0 / 5_040.0,
+        1.0 / 720.0,
+        1.0 / 120.0,
+        1.0 / 24.0,
+        1.0 / 6.0,
+        1.0 / 2.0,
+        1.0,
+        1.0,
+    ];
+    let x = if x < -700.0 { -700.0 } else { x };
+    let rounded = x * std::f64::consts::LOG2_E + ROUND;
+    let n = rounded - ROUND;
+    let r = (x - n * LN_2_HIGH) - n * LN_2_LOW;
+    let series = INVERSE_FACTORIALS.iter().fold(0.0, |sum, term| sum * r + term);
+    let power_of_two = f64::from_bits(rounded.to_bits().wrapping_add(1023) << 52);
+    series * power_of_two
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn two_faults() -> Scaling {
+        let names = ["a", "b"].map(str::to_owned).into();
+        Scaling::new(&FaultModel { names, nominal: vec![0.0, 0.5], groups: vec![] })
+    }
+
+    #[test]
+    fn exponential_agrees_with_the_library() {
+        for i in 0..=70_000 {
+            let x = -0.01 * f64::from(i);
+            let expected = libm::exp(x);
+            assert!((exp_negative(x) - expected).abs() <= 2e-15 * expected, "exp({x})");
+        }
+        assert_eq!(exp_negative(0.0), 1.0);
+        assert!(exp_negative(-1e300) < 1e-300 && exp_negative(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn electrical_faults_are_scaled_as_deviations() {
+        let scaling = Scaling::new(&FaultModel::electrical());
+        assert_eq!(scaling.apply(&[0.0, 0.3, 1.0, 0.75, 0.0]), [0.0, 0.3, 1.0, 0.5, -1.0]);
+    }
+
+    /// Eleven centres, so that the last block is not full, evaluated against the bare formula.
+    #[test]
+    fn expansion_is_its_formula() {
+        let centres: Vec<[f64; 2]> =
+            (0..11).map(|i| [0.09 * f64::from(i), 0.5 - 0.013 * f64::from(i * i % 7)]).collect();
+        let centres: Vec<&[f64]> = centres.iter().map(|c| &c[..]).collect();
+        let output = |constant: f64, sign: f64| Output {
+            constant,
+            slope: vec![0.7, -sign],
+            weights: (0..11).map(|i| sign * f64::from(i - 4)).collect(),
+        };
+        let outputs = [output(3.0, 1.0), output(2.0, -0.5)];
+        let expansion = RbfExpansion::new(two_faults(), 2.0, &centres, &outputs);
+        let x = [0.31, 0.24];
+        let value = |output: &Output| {
+            let sum: f64 = (0..11).map(|c| output.weights[c] * kernel(2.0, &x, centres[c])).sum();
+            output.constant + output.slope[0] * x[0] + output.slope[1] * x[1] + sum
+        };
+        let expected = value(&outputs[0]).min(value(&outputs[1]));
+        assert!((expansion.minimum(&[0.31, 0.62]) - expected).abs() < 1e-13);
+        let nearest = centres.iter().map(|c| (x[0] - c[0]).hypot(x[1] - c[1])).fold(f64::INFINITY, f64::min);
+        assert!((expansion.distance_to_nearest_centre(&[0.31, 0.62]) - nearest).abs() < 1e-14);
+    }
+
+    #[test]
+    fn an_expansion_whose_sizes_disagree_is_refused() {
+        let output = Output { constant: 0.0, slope: vec![0.0; 2], weights: vec![1.0] };
+        let expansion = RbfExpansion::new(two_faults(), 2.0, &[&[0.1, 0.2]], &[output]);
+        let mut json = serde_json::to_value(&expansion).unwrap();
+        assert_eq!(serde_json::from_value::<RbfExpansion>(json.clone()).unwrap(), expansion);
+        json["blocks"].as_array_mut().unwrap().pop();
+        assert!(serde_json::from_value::<RbfExpansion>(json).is_err());
+    }
+}
