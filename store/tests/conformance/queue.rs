@@ -1,0 +1,206 @@
+use std::{
+    collections::{BTreeSet, HashSet},
+    sync::{Arc, Mutex},
+    time::Duration,
+};
+
+use store::{Completion, Options, Store};
+use tokio::{task::JoinSet, time::timeout};
+
+use crate::fixture::{
+    Database, HandClock, LEASE, component, day, drain, later_upload, lease, operator, results, serve, upload,
+};
+
+/// Longer than anything here takes: only a hang runs into it.
+const HANG: Duration = Duration::from_secs(30);
+
+async fn accept(store: &Store, id: &str, serial: &str) {
+    store.accept(&operator(), upload(id, serial), day(0.0)).await.unwrap();
+}
+
+fn by_hand() -> (HandClock, Database) {
+    let clock = HandClock::new();
+    let options = Options { clock: clock.clock(), ..Options::default() };
+    (clock, Database::with(options))
+}
+
+#[tokio::test]
+async fn a_leased_component_is_leased_to_nobody_else() {
+    let database = Database::new();
+    let store = database.ready().await;
+    assert_eq!(store.lease(LEASE).await.unwrap(), None);
+    accept(&store, "u1", "0001").await;
+    accept(&store, "u2", "0001").await;
+    let lease = lease(&store).await;
+    assert_eq!((&lease.component, lease.input_revision, lease.attempts), (&component("0001"), 2, 0));
+    assert_eq!(store.lease(LEASE).await.unwrap(), None);
+    assert_eq!(serve(&store, &lease).await, Completion::Done);
+    assert_eq!(store.lease(LEASE).await.unwrap(), None);
+}
+
+#[tokio::test]
+async fn an_upload_during_processing_leaves_its_component_waiting() {
+    let database = Database::new();
+    let store = database.ready().await;
+    accept(&store, "u1", "0001").await;
+    let first = lease(&store).await;
+    let inputs = store.life_inputs(&first).await.unwrap();
+    accept(&store, "u2", "0001").await;
+    assert_eq!(store.complete(&first, results(&inputs)).await.unwrap(), Completion::Done);
+    assert_eq!(store.pending().await.unwrap(), 1);
+    let second = lease(&store).await;
+    assert!(second.fence > first.fence);
+    let inputs = store.life_inputs(&second).await.unwrap();
+    assert_eq!(inputs.unestimated, [upload("u2", "0001")]);
+    assert_eq!(inputs.estimates.len(), 1);
+    assert_eq!(serve(&store, &second).await, Completion::Done);
+    assert_eq!(store.lease(LEASE).await.unwrap(), None);
+}
+
+#[tokio::test]
+async fn an_expired_lease_writes_nothing() {
+    let (clock, database) = by_hand();
+    let store = database.ready().await;
+    accept(&store, "u1", "0001").await;
+    let slow = lease(&store).await;
+    clock.advance(LEASE);
+    assert_eq!(serve(&store, &slow).await, Completion::Fenced);
+    assert_eq!(store.pending().await.unwrap(), 1);
+    let next = lease(&store).await;
+    assert_eq!((next.fence, next.attempts), (slow.fence + 1, 1));
+    assert_eq!(serve(&store, &slow).await, Completion::Fenced);
+    assert_eq!(serve(&store, &next).await, Completion::Done);
+    assert_eq!(store.pending().await.unwrap(), 0);
+}
+
+#[tokio::test]
+async fn a_lease_ends_with_its_first_result() {
+    let database = Database::new();
+    let store = database.ready().await;
+    accept(&store, "u1", "0001").await;
+    let lease = lease(&store).await;
+    assert_eq!(serve(&store, &lease).await, Completion::Done);
+    assert_eq!(serve(&store, &lease).await, Completion::Fenced);
+}
+
+#[tokio::test]
+async fn an_abandoned_component_backs_off_and_remembers_its_attempts() {
+    let (clock, database) = by_hand();
+    let store = database.ready().await;
+    accept(&store, "u1", "0001").await;
+    for attempts in 0..3 {
+        let lease = lease(&store).await;
+        assert_eq!(lease.attempts, attempts);
+        store.abandon(&lease, Duration::from_secs(5)).await.unwrap();
+        accept(&store, &format!("more{attempts}"), "0001").await;
+        assert_eq!(store.lease(LEASE).await.unwrap(), None, "input does not cut a back-off short");
+        clock.advance(Duration::from_secs(5));
+    }
+    drain(&store).await;
+    accept(&store, "u2", "0001").await;
+    assert_eq!(lease(&store).await.attempts, 0, "a result forgets the attempts before it");
+}
+
+#[tokio::test]
+async fn abandoning_a_superseded_lease_has_no_effect() {
+    let (clock, database) = by_hand();
+    let store = database.ready().await;
+    accept(&store, "u1", "0001").await;
+    let old = lease(&store).await;
+    clock.advance(LEASE);
+    let new = lease(&store).await;
+    store.abandon(&old, Duration::from_secs(5)).await.unwrap();
+    assert_eq!(serve(&store, &new).await, Completion::Done);
+}
+
+#[tokio::test]
+async fn the_component_that_waits_longest_comes_first() {
+    let (clock, database) = by_hand();
+    let store = database.ready().await;
+    for (i, serial) in ["0003", "0001", "0002", "0003"].iter().enumerate() {
+        accept(&store, &format!("u{i}"), serial).await;
+        clock.advance(Duration::from_secs(1));
+    }
+    for serial in ["0003", "0001", "0002"] {
+        assert_eq!(lease(&store).await.component, component(serial));
+    }
+}
+
+#[tokio::test]
+async fn a_reopened_database_leases_at_once_what_was_leased_before() {
+    let database = Database::new();
+    let store = database.ready().await;
+    accept(&store, "u1", "0001").await;
+    let before = lease(&store).await;
+    store.close().await;
+    let store = database.open().await;
+    assert_eq!(serve(&store, &before).await, Completion::Fenced);
+    let after = lease(&store).await;
+    assert_eq!((after.fence, after.attempts), (before.fence + 1, 1));
+}
+
+#[tokio::test]
+async fn nobody_waits_for_work_that_is_there() {
+    let database = Database::new();
+    let store = database.ready().await;
+    // Accepted between an empty lease and the wait.
+    assert_eq!(store.lease(LEASE).await.unwrap(), None);
+    accept(&store, "u1", "0001").await;
+    timeout(HANG, store.work_available()).await.unwrap();
+    drain(&store).await;
+    // Accepted during the wait.
+    let waiting = {
+        let store = store.clone();
+        tokio::spawn(async move { store.work_available().await })
+    };
+    tokio::task::yield_now().await;
+    assert!(!waiting.is_finished());
+    accept(&store, "u2", "0001").await;
+    timeout(HANG, waiting).await.unwrap().unwrap();
+    // Coming back from its back-off.
+    let lease = lease(&store).await;
+    store.abandon(&lease, Duration::from_millis(20)).await.unwrap();
+    timeout(HANG, store.work_available()).await.unwrap();
+    assert!(store.lease(LEASE).await.unwrap().is_some());
+}
+
+/// Leases and completes until told that all input is in and nothing waits.
+async fn leaser(store: Store, held: Arc<Mutex<HashSet<String>>>, estimated: Arc<Mutex<Vec<String>>>, expected: usize) {
+    while estimated.lock().unwrap().len() < expected {
+        let Some(lease) = store.lease(LEASE).await.unwrap() else {
+            let _ = timeout(Duration::from_millis(20), store.work_available()).await;
+            continue;
+        };
+        let serial = lease.component.serial_number.to_string();
+        assert!(held.lock().unwrap().insert(serial.clone()), "{serial} is held twice");
+        let inputs = store.life_inputs(&lease).await.unwrap();
+        let results = results(&inputs);
+        let ids: Vec<_> = results.estimates.iter().map(|e| e.upload_id.to_string()).collect();
+        tokio::task::yield_now().await;
+        assert!(held.lock().unwrap().remove(&serial));
+        assert_eq!(store.complete(&lease, results).await.unwrap(), Completion::Done);
+        estimated.lock().unwrap().extend(ids);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+async fn eight_leasers_process_every_upload_exactly_once() {
+    const UPLOADS: usize = 400;
+    let database = Database::new();
+    let store = database.ready().await;
+    let (held, estimated) = (Arc::default(), Arc::<Mutex<Vec<String>>>::default());
+    let mut tasks = JoinSet::new();
+    for _ in 0..8 {
+        tasks.spawn(leaser(store.clone(), Arc::clone(&held), estimated.clone(), UPLOADS));
+    }
+    for i in 0..UPLOADS {
+        let upload = later_upload(&format!("u{i}"), &format!("{:04}", i % 13), i as f64);
+        store.accept(&operator(), upload, day(0.0)).await.unwrap();
+    }
+    timeout(Duration::from_secs(120), tasks.join_all()).await.unwrap();
+    let estimated = estimated.lock().unwrap();
+    assert_eq!(estimated.len(), UPLOADS, "no upload is estimated twice");
+    assert_eq!(estimated.iter().collect::<BTreeSet<_>>().len(), UPLOADS);
+    assert_eq!(store.pending().await.unwrap(), 0);
+    assert_eq!(store.lease(LEASE).await.unwrap(), None);
+}
