@@ -8,7 +8,18 @@ use prognosis::{
     Observation, Posterior, blocks, fit_failure_time_error, fit_prior, forecast, metrics,
 };
 use rayon::prelude::*;
-use simulated::{Growth, STEP_FH, Weighted, observe};
+use simulated::{Growth, STEP_FH, observe};
+
+/// Margin 1 - a . |x|, linear while no deviation changes sign.
+struct Weighted(Vec<f64>);
+
+impl Boundary for Weighted {
+    fn margin(&self, k: &[f64]) -> f64 {
+        let nominal = FaultModel::electrical().nominal;
+        let load: f64 = k.iter().zip(&nominal).zip(&self.0).map(|((k, nominal), a)| a * (k - nominal).abs()).sum();
+        1.0 - load
+    }
+}
 
 fn posterior(observations: &[Observation], prior: &FleetPrior) -> Posterior {
     let mut filter = Filter::new(&FaultModel::electrical(), prior);

@@ -1,23 +1,12 @@
 //! Lives drawn from a fleet prior: the very model that the filter assumes.
 
 use domain::{FaultGroup, FaultModel, FaultVector, Stream};
-use prognosis::{BiasPrior, Boundary, FleetPrior, Observation};
+use prognosis::{BiasPrior, FleetPrior, Observation};
 
 /// Standard deviation of one observation: one-sided faults, pairs.
 pub const SIGMA: [f64; 2] = [0.0075, 0.02];
 /// Time between observations and of a step, hours.
 pub const STEP_FH: f64 = 2.0;
-
-/// Margin 1 - a . |x|, linear while no deviation changes sign.
-pub struct Weighted(pub Vec<f64>);
-
-impl Boundary for Weighted {
-    fn margin(&self, k: &[f64]) -> f64 {
-        let nominal = FaultModel::electrical().nominal;
-        let load: f64 = k.iter().zip(&nominal).zip(&self.0).map(|((k, nominal), a)| a * (k - nominal).abs()).sum();
-        1.0 - load
-    }
-}
 
 /// Growth of each entry of the electrical faults.
 #[derive(Debug, Clone)]

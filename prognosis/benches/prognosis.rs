@@ -1,0 +1,46 @@
+//! What one online step and one forecast cost.
+
+#[path = "../tests/labelled/mod.rs"]
+mod labelled;
+#[path = "../tests/simulated/mod.rs"]
+mod simulated;
+
+use std::{hint::black_box, path::Path};
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use domain::{FaultModel, Stream};
+use prognosis::{
+    Filter, FleetPrior, ForecastSettings, blocks, forecast,
+    surrogate::{RegressionSettings, Surrogate, SurrogateSettings},
+};
+use simulated::{Growth, observe};
+
+/// A life of 1,200 h drawn from the vague prior, filtered up to its last but one block.
+fn online_step(criterion: &mut Criterion) {
+    let (prior, mut random) = (FleetPrior::vague(), Stream::new(4, &["bench"]));
+    let path = Growth::draw(&prior, &mut random).path(1200.0, &mut random);
+    let closed = blocks(&observe(&path, 1.0, &mut random));
+    let (last, earlier) = closed.split_last().expect("a life of many blocks");
+    let mut filter = Filter::new(&FaultModel::electrical(), &prior);
+    earlier.iter().for_each(|block| filter.update(block));
+    criterion.bench_function("clone and update by a block", |bencher| {
+        bencher.iter(|| {
+            let mut filter = filter.clone();
+            filter.update(black_box(last));
+            filter
+        });
+    });
+    criterion.bench_function("posterior", |bencher| bencher.iter(|| black_box(&filter).posterior()));
+
+    let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/assess/surrogate_train.csv");
+    let settings = SurrogateSettings::FigureRegression(RegressionSettings::default());
+    let surrogate =
+        Surrogate::train(&labelled::read(&fixture), &FaultModel::electrical(), &settings).expect("good samples");
+    let (posterior, stream) = (filter.posterior(), Stream::new(1, &["bench"]));
+    criterion.bench_function("forecast of 1,000 draws, 300 centres", |bencher| {
+        bencher.iter(|| forecast(&posterior, 9.0, &surrogate, None, &ForecastSettings::default(), &stream));
+    });
+}
+
+criterion_group!(benches, online_step);
+criterion_main!(benches);
