@@ -1,5 +1,7 @@
 //! Path and query parameters: refused by name, like the fields of a body.
 
+use std::collections::HashMap;
+
 use axum::{
     extract::{
         FromRequestParts, Path, Query,
@@ -9,7 +11,7 @@ use axum::{
     http::request::Parts,
 };
 use proto::json::FieldError;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, value::MapDeserializer};
 
 use crate::refusal::Refusal;
 
@@ -25,18 +27,17 @@ impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for Named<T
     type Rejection = Refusal;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refusal> {
-        let Path(value) = Path::<T>::from_request_parts(parts, state).await.map_err(path_refusal)?;
-        Ok(Self(value))
+        let texts = Path::<HashMap<String, String>>::from_request_parts(parts, state).await;
+        let Path(texts) = texts.map_err(not_text)?;
+        let reader = MapDeserializer::<_, serde::de::value::Error>::new(texts.into_iter());
+        let parsed = serde_path_to_error::deserialize(reader);
+        parsed.map(Self).map_err(|error| Refusal::parameter(&error.path().to_string(), error.inner().to_string()))
     }
 }
 
-fn path_refusal(rejection: PathRejection) -> Refusal {
+fn not_text(rejection: PathRejection) -> Refusal {
     let PathRejection::FailedToDeserializePathParams(failed) = rejection else { return Refusal::Internal };
     match failed.into_kind() {
-        ErrorKind::DeserializeError { key, message, .. } => Refusal::parameter(&key, message),
-        ErrorKind::ParseErrorAtKey { key, expected_type, .. } => {
-            Refusal::parameter(&key, format!("must be {expected_type}"))
-        }
         ErrorKind::InvalidUtf8InPathParam { key } => Refusal::parameter(&key, "is not UTF-8"),
         other => Refusal::parameter("path", other.to_string()),
     }

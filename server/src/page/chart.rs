@@ -233,7 +233,7 @@ mod tests {
         }
         assert_eq!(chart.x_ticks.first().unwrap().1, "0");
         assert_eq!(chart.x_ticks.last().unwrap().1, "1\u{202f}000");
-        assert_eq!(chart.y_ticks.last().unwrap().1, "0.5");
+        assert_eq!(chart.y_ticks.last().unwrap().1, "0.6");
     }
 
     #[test]

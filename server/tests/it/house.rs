@@ -1,0 +1,250 @@
+//! A server on a free port with a database in a temporary folder, and what a worker would write.
+
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicI64, Ordering},
+    },
+    time::Duration,
+};
+
+use domain::{
+    AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Estimate, FaultModel, FaultTrend, FaultVector, Mask,
+    NUMERICS_VERSION, Outcome, Prognosis, Propagation, RulDistribution, Timestamp, Upload,
+    prognosis::{Forecast, InsufficientHistory},
+    state::State as Block,
+};
+use reqwest::{Client, Response, StatusCode};
+use serde_json::{Value, json};
+use store::{Completion, LifeInputs, LifeResults, Options, Store};
+use tempfile::TempDir;
+use tokio::{net::TcpListener, sync::oneshot, task::JoinHandle};
+use tonic::transport::{Channel, Endpoint};
+
+pub const START: &str = "2026-03-01T12:00:00Z";
+pub const PROBLEM: &str = "application/problem+json";
+
+pub struct House {
+    pub url: String,
+    pub store: Store,
+    pub client: Client,
+    pub mask_id: String,
+    pub model: String,
+    now: Arc<AtomicI64>,
+    stop: Option<oneshot::Sender<()>>,
+    serving: JoinHandle<()>,
+    _folder: TempDir,
+}
+
+pub fn time(text: &str) -> Timestamp {
+    text.parse().unwrap()
+}
+
+pub fn mask() -> Mask {
+    Mask::new(Coordinate::ElectricalAngleRad, 360, vec![5, 100, 200, 300]).unwrap()
+}
+
+impl House {
+    pub async fn open() -> Self {
+        Self::with_enrolment(true).await
+    }
+
+    pub async fn with_enrolment(enrol: bool) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let url = format!("sqlite:{}", folder.path().join("actuary.db").display());
+        let store = Store::open(&url, Options::default()).await.unwrap();
+        let body = b"a bundle";
+        let summary = BundleSummary {
+            hash: ContentHash::of(body),
+            prior: ContentHash::of(b"a prior"),
+            faults: FaultModel::electrical(),
+            masks: vec![mask()],
+            k_nom: 0.0752,
+            min_samples: 2,
+        };
+        store.register_bundle(&summary, body, time(START)).await.unwrap();
+        store.activate_bundle(&summary.hash, time(START)).await.unwrap();
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let url = format!("http://{}", listener.local_addr().unwrap());
+        let now = Arc::new(AtomicI64::new(time(START).micros()));
+        let clock = now.clone();
+        let state = server::State {
+            store: store.clone(),
+            clock: Arc::new(move || Timestamp::from_micros(clock.load(Ordering::Relaxed))),
+            stale_after: Duration::from_secs(30 * 86_400),
+            enrol,
+        };
+        let (stop, stopped) = oneshot::channel();
+        let serving = tokio::spawn(server::serve(listener, state, async { stopped.await.unwrap_or_default() }));
+        Self {
+            url,
+            store,
+            client: Client::new(),
+            mask_id: mask().id().to_string(),
+            model: summary.hash.to_string(),
+            now,
+            stop: Some(stop),
+            serving,
+            _folder: folder,
+        }
+    }
+
+    /// Lets days pass.
+    pub fn wait_days(&self, days: f64) {
+        self.now.fetch_add((days * 8.64e10) as i64, Ordering::Relaxed);
+    }
+
+    /// Stops the server; returns when it has ended.
+    pub async fn stop(mut self) {
+        self.stop.take().unwrap().send(()).unwrap();
+        self.serving.await.unwrap();
+    }
+
+    pub async fn channel(&self) -> Channel {
+        Endpoint::new(self.url.clone()).unwrap().connect().await.unwrap()
+    }
+
+    pub async fn get(&self, path: &str) -> Response {
+        self.client.get(format!("{}{path}", self.url)).send().await.unwrap()
+    }
+
+    /// The body of a GET that succeeds.
+    pub async fn read(&self, path: &str) -> Value {
+        let response = self.get(path).await;
+        assert_eq!(response.status(), StatusCode::OK, "{path}");
+        response.json().await.unwrap()
+    }
+
+    /// The problem document of a GET that is refused with `status`.
+    pub async fn refused(&self, path: &str, status: u16) -> Value {
+        problem(self.get(path).await, status).await
+    }
+
+    pub async fn post(&self, tail: &str, content_type: &str, body: impl Into<reqwest::Body>) -> Response {
+        let post = self.client.post(format!("{}/v1/tails/{tail}/uploads", self.url));
+        post.header("content-type", content_type).body(body).send().await.unwrap()
+    }
+
+    pub async fn upload(&self, tail: &str, body: &Value) -> Response {
+        self.post(tail, "application/json", body.to_string()).await
+    }
+
+    /// A good upload at some flight hours.
+    pub fn body(&self, upload_id: &str, flight_hours: f64) -> Value {
+        let recorded_at = time("2026-02-01T00:00:00Z").plus_hours(3.0 * flight_hours).to_string();
+        json!({
+            "upload_id": upload_id, "position": "AIL-L", "part_number": "EMA-500", "serial_number": "SN 1",
+            "flight_hours": flight_hours, "recorded_at": recorded_at, "mask_id": self.mask_id,
+            "samples": [0.07, 0.075, null, 0.08], "load_ratio": [0.1, -0.1, null, 0.2], "sample_noise": 0.01,
+        })
+    }
+
+    /// Does what a worker does with the component that waits, giving it `forecast`.
+    pub async fn work(&self, forecast: Result<Forecast, InsufficientHistory>) {
+        let lease = self.store.lease(Duration::from_secs(60)).await.unwrap().expect("something waits");
+        let inputs = self.store.life_inputs(&lease).await.unwrap();
+        let results = results(&inputs, forecast, time(START));
+        assert_eq!(self.store.complete(&lease, results).await.unwrap(), Completion::Done);
+    }
+}
+
+/// The problem document of a response that must have `status`.
+pub async fn problem(response: Response, status: u16) -> Value {
+    let url = response.url().to_string();
+    assert_eq!(response.status().as_u16(), status, "{url}");
+    assert_eq!(response.headers()["content-type"], PROBLEM, "{url}");
+    let problem: Value = response.json().await.unwrap();
+    assert_eq!(problem["status"], status);
+    assert!(problem["title"].as_str().is_some_and(|title| !title.is_empty()));
+    assert!(problem["detail"].as_str().is_some_and(|detail| !detail.is_empty()));
+    problem
+}
+
+fn results(inputs: &LifeInputs, forecast: Result<Forecast, InsufficientHistory>, now: Timestamp) -> LifeResults {
+    let estimates: Vec<Estimate> = inputs.unestimated.iter().map(|upload| estimate(upload, inputs)).collect();
+    let newest = estimates.last().expect("the life has a new upload");
+    let as_of = AsOf {
+        flight_hours: newest.flight_hours,
+        recorded_at: newest.recorded_at,
+        upload_id: newest.upload_id.clone(),
+    };
+    let states = forecast.as_ref().map(|forecast| blocks(&estimates, forecast)).unwrap_or_default();
+    let prognosis = Prognosis {
+        as_of,
+        forecast,
+        mask_id: newest.mask_id,
+        model: inputs.generation.model,
+        prior: inputs.generation.prior,
+        generation: inputs.generation.number,
+        numerics_version: NUMERICS_VERSION,
+        inputs_digest: ContentHash::of(b"inputs"),
+    };
+    LifeResults { estimates, set_aside: Vec::new(), states_from: Some(0), states, prognosis: Some(prognosis), now }
+}
+
+fn estimate(upload: &Upload, inputs: &LifeInputs) -> Estimate {
+    let outcome = match upload.valid_samples() {
+        0..2 => Outcome::Undiagnosable { valid_samples: upload.valid_samples(), needed: 2 },
+        _ => Outcome::Diagnosed(Diagnosis {
+            fault_vector: FaultVector(vec![0.01, 0.02, 0.03, 0.52, 0.49]),
+            sigma: vec![0.001; 5],
+            plausible: true,
+            chi_square: 1.5,
+            degrees_of_freedom: 2,
+            load_invariant: true,
+        }),
+    };
+    Estimate {
+        upload_id: upload.upload_id.clone(),
+        flight_hours: upload.flight_hours,
+        recorded_at: upload.recorded_at,
+        mask_id: upload.mask_id,
+        model: inputs.generation.model,
+        numerics_version: NUMERICS_VERSION,
+        outcome,
+    }
+}
+
+/// One block per estimate.
+fn blocks(estimates: &[Estimate], forecast: &Forecast) -> Vec<Block> {
+    let block = |estimate: &Estimate| Block {
+        block: (estimate.flight_hours / 20.0) as u64,
+        from_fh: estimate.flight_hours,
+        as_of: AsOf {
+            flight_hours: estimate.flight_hours,
+            recorded_at: estimate.recorded_at,
+            upload_id: estimate.upload_id.clone(),
+        },
+        observations: 1,
+        faults: forecast.faults.clone(),
+        propagation: forecast.propagation.clone(),
+        rul_quantiles_fh: forecast.rul.quantiles_fh(),
+        rul_mean_fh: forecast.rul.mean_fh(),
+        censored_fraction: forecast.rul.censored_fraction(),
+        horizon_fh: forecast.rul.horizon_fh(),
+        digest: ContentHash::of(b"block"),
+    };
+    estimates.iter().map(block).collect()
+}
+
+/// A forecast whose draws end every 40 flight hours from 40 to 4,000, or never.
+pub fn forecast(ending: usize) -> Forecast {
+    let ends: Vec<Option<f64>> = (0..100).map(|i| (i < ending).then_some(40.0 * (i + 1) as f64)).collect();
+    let names = FaultModel::electrical().names;
+    let trend = |name: String| FaultTrend { name, value: 0.1, sigma: 0.01, trend_per_1000_fh: 0.02 };
+    Forecast {
+        faults: names.into_iter().map(trend).collect(),
+        dominant_fault: "k2".to_owned(),
+        propagation: Propagation {
+            state_matrix: vec![vec![1e-4; 5]; 5],
+            state_matrix_sigma: vec![vec![1e-5; 5]; 5],
+            control_matrix: vec![vec![1e-6; 3]; 5],
+            control_matrix_sigma: vec![vec![0.0; 3]; 5],
+            estimator: "rbg".to_owned(),
+            observations: 12,
+        },
+        rul: RulDistribution::from_draws(&ends, 10_000.0),
+        probability_failed: 0.0,
+        seed: u64::MAX,
+    }
+}

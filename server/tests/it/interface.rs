@@ -1,0 +1,152 @@
+//! The interface describes itself, and answers in its own words where there is nothing.
+
+use std::collections::BTreeSet;
+
+use proto::v1::ingest_client::IngestClient;
+use serde_json::Value;
+use tokio_stream::StreamExt;
+use tonic::Code;
+use tonic_health::pb::{HealthCheckRequest, health_check_response::ServingStatus, health_client::HealthClient};
+use tonic_reflection::pb::v1::{
+    ServerReflectionRequest, server_reflection_client::ServerReflectionClient,
+    server_reflection_request::MessageRequest, server_reflection_response::MessageResponse,
+};
+
+use crate::house::{House, problem};
+
+#[tokio::test]
+async fn the_document_lists_every_route() {
+    let house = House::open().await;
+    let document = house.read("/openapi.json").await;
+    assert!(document["openapi"].as_str().unwrap().starts_with("3.1"));
+    let routes: BTreeSet<String> = document["paths"]
+        .as_object()
+        .unwrap()
+        .iter()
+        .flat_map(|(path, item)| item.as_object().unwrap().keys().map(move |method| format!("{method} {path}")))
+        .collect();
+    let expected = [
+        "get /healthz",
+        "get /readyz",
+        "get /v1/models",
+        "get /v1/models/{hash}",
+        "get /v1/models/{hash}/mask",
+        "get /v1/tails",
+        "get /v1/tails/{tail}",
+        "get /v1/tails/{tail}/positions/{position}/health",
+        "get /v1/tails/{tail}/positions/{position}/rul",
+        "get /v1/tails/{tail}/rul",
+        "get /v1/uploads/{upload_id}",
+        "get /version",
+        "post /v1/tails/{tail}/uploads",
+    ];
+    assert_eq!(routes, expected.map(str::to_owned).into());
+}
+
+/// Every `$ref` of the document.
+fn references(value: &Value, found: &mut Vec<String>) {
+    match value {
+        Value::Object(map) => {
+            found.extend(map.get("$ref").and_then(Value::as_str).map(str::to_owned));
+            map.values().for_each(|value| references(value, found));
+        }
+        Value::Array(list) => list.iter().for_each(|value| references(value, found)),
+        _ => {}
+    }
+}
+
+#[tokio::test]
+async fn the_document_is_whole() {
+    let house = House::open().await;
+    let document = house.read("/openapi.json").await;
+    let mut found = Vec::new();
+    references(&document, &mut found);
+    assert!(found.len() > 20);
+    for reference in found {
+        let pointer = reference.strip_prefix('#').unwrap();
+        assert!(document.pointer(pointer).is_some(), "{reference} leads nowhere");
+    }
+    let mut ids = BTreeSet::new();
+    for (path, item) in document["paths"].as_object().unwrap() {
+        for operation in item.as_object().unwrap().values() {
+            assert!(ids.insert(operation["operationId"].as_str().unwrap().to_owned()), "{path}");
+            assert!(operation["responses"].as_object().is_some_and(|responses| !responses.is_empty()), "{path}");
+            let declared = operation["parameters"]
+                .as_array()
+                .map_or(0, |list| list.iter().filter(|parameter| parameter["in"] == "path").count());
+            assert_eq!(declared, path.matches('{').count(), "{path}");
+        }
+    }
+    let upload = &document["components"]["schemas"]["UploadBody"];
+    assert_eq!(upload["required"].as_array().unwrap().len(), 8);
+    assert_eq!(upload["additionalProperties"], false);
+}
+
+#[tokio::test]
+async fn nothing_is_told_as_a_problem() {
+    let house = House::open().await;
+    house.refused("/v2", 404).await;
+    house.refused("/v1/tails/EC-MXA/colour", 404).await;
+    let url = |path: &str| format!("{}{path}", house.url);
+    let deleted = house.client.delete(url("/v1/tails")).send().await.unwrap();
+    assert_eq!(deleted.headers()["allow"], "GET,HEAD");
+    problem(deleted, 405).await;
+    problem(house.client.get(url("/v1/tails/EC-MXA/uploads")).send().await.unwrap(), 405).await;
+}
+
+#[tokio::test]
+async fn probes_answer() {
+    let house = House::open().await;
+    assert_eq!(house.read("/healthz").await["status"], "ok");
+    assert_eq!(house.read("/readyz").await["status"], "ok");
+    assert_eq!(house.read("/version").await["numerics_version"], domain::NUMERICS_VERSION);
+    house.store.close().await;
+    house.refused("/readyz", 503).await;
+    assert_eq!(house.read("/healthz").await["status"], "ok");
+    let refused = house.upload("EC-MXA", &house.body("u1", 1.0)).await;
+    assert_eq!(refused.headers()["retry-after"], "1");
+    problem(refused, 503).await;
+}
+
+#[tokio::test]
+async fn reflection_lists_the_services() {
+    let house = House::open().await;
+    let mut client = ServerReflectionClient::new(house.channel().await);
+    let request = ServerReflectionRequest {
+        host: String::new(),
+        message_request: Some(MessageRequest::ListServices(String::new())),
+    };
+    let mut answers = client.server_reflection_info(tokio_stream::once(request)).await.unwrap().into_inner();
+    let answer = answers.next().await.unwrap().unwrap();
+    let Some(MessageResponse::ListServicesResponse(list)) = answer.message_response else { panic!("{answer:?}") };
+    let names: BTreeSet<_> = list.service.into_iter().map(|service| service.name).collect();
+    for name in ["actuary.v1.Ingest", "actuary.v1.FleetHealth", "actuary.v1.Models", "grpc.health.v1.Health"] {
+        assert!(names.contains(name), "{name} in {names:?}");
+    }
+}
+
+#[tokio::test]
+async fn health_is_told_per_service() {
+    let house = House::open().await;
+    let mut client = HealthClient::new(house.channel().await);
+    for service in ["", "actuary.v1.Ingest", "actuary.v1.FleetHealth", "actuary.v1.Models"] {
+        let request = HealthCheckRequest { service: service.to_owned() };
+        let answer = client.check(request).await.unwrap().into_inner();
+        assert_eq!(answer.status(), ServingStatus::Serving, "{service}");
+    }
+}
+
+#[tokio::test]
+async fn unknown_calls_are_unimplemented() {
+    let house = House::open().await;
+    let channel = house.channel().await;
+    for path in ["/actuary.v1.Ingest/Forget", "/actuary.v1.Nothing/Upload"] {
+        let mut client = tonic::client::Grpc::new(channel.clone());
+        client.ready().await.unwrap();
+        let codec = tonic_prost::ProstCodec::<proto::v1::GetMaskRequest, proto::v1::Mask>::default();
+        let call = client.unary(tonic::Request::new(Default::default()), path.parse().unwrap(), codec);
+        assert_eq!(call.await.unwrap_err().code(), Code::Unimplemented, "{path}");
+    }
+    let empty = IngestClient::new(channel).upload(proto::v1::UploadRequest::default()).await;
+    assert_eq!(empty.unwrap_err().code(), Code::InvalidArgument);
+}
