@@ -6,7 +6,8 @@ use domain::{AsOf, FaultTrend, Propagation, RulDistribution};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// How to read a prognosis now: the first that applies.
+/// How to read a prognosis now: the first that applies. Ordered from the worst to the best; unknown
+/// is worse than any forecast.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
@@ -16,10 +17,10 @@ pub enum Status {
     InsufficientHistory,
     /// The newest data is old: unknown, not healthy.
     Stale,
-    /// The median outlives the horizon.
-    BeyondHorizon,
     /// A forecast to act on.
     Ok,
+    /// The median outlives the horizon.
+    BeyondHorizon,
 }
 
 impl From<domain::Status> for Status {

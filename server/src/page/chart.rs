@@ -3,8 +3,8 @@
 use super::words::grouped;
 
 const LEFT: f64 = 62.0;
-const RIGHT: f64 = 14.0;
-const TOP: f64 = 12.0;
+const RIGHT: f64 = 30.0;
+const TOP: f64 = 24.0;
 const BOTTOM: f64 = 40.0;
 /// Ticks that fit, about.
 const TICKS: f64 = 5.0;
@@ -32,7 +32,7 @@ pub struct Plan {
     title: String,
     series: Vec<Series>,
     rules: Vec<(f64, &'static str)>,
-    from_zero: bool,
+    with_zero: bool,
     width: f64,
     height: f64,
 }
@@ -74,7 +74,7 @@ impl Chart {
     #[allow(clippy::new_ret_no_self, reason = "a chart is drawn from a plan")]
     pub fn new(title: &str) -> Plan {
         let title = title.to_owned();
-        Plan { title, series: Vec::new(), rules: Vec::new(), from_zero: false, width: 760.0, height: 300.0 }
+        Plan { title, series: Vec::new(), rules: Vec::new(), with_zero: false, width: 760.0, height: 300.0 }
     }
 }
 
@@ -98,8 +98,8 @@ impl Plan {
     }
 
     /// Lets the axis of values begin at zero.
-    pub fn from_zero(mut self) -> Self {
-        self.from_zero = true;
+    pub fn with_zero(mut self) -> Self {
+        self.with_zero = true;
         self
     }
 
@@ -116,7 +116,7 @@ impl Plan {
             return None;
         }
         let x = Axis::around(samples().map(|s| s.x), LEFT, self.width - RIGHT)?;
-        let zero = self.from_zero.then_some(0.0);
+        let zero = self.with_zero.then_some(0.0);
         let values = samples().flat_map(|s| [s.low, s.high]).chain(self.rules.iter().map(|rule| rule.0)).chain(zero);
         let y = Axis::around(values, self.height - BOTTOM, TOP)?;
         let of = |filled: bool| {

@@ -60,7 +60,7 @@ pub async fn get(Extract(shared): Extract<Shared>) -> Result<Response, Refusal> 
     })
 }
 
-/// By status, then by the 10 % quantile and the median; a censored quantile is the longest.
+/// By the need for attention, then by the 10 % quantile and the median; a censored quantile is the longest.
 fn worst_first(a: &RulBody, b: &RulBody) -> std::cmp::Ordering {
     let quantiles = |body: &RulBody| {
         let rul = body.rul_fh.as_ref();
@@ -68,7 +68,7 @@ fn worst_first(a: &RulBody, b: &RulBody) -> std::cmp::Ordering {
         [known(rul.and_then(|rul| rul.p10)), known(rul.and_then(|rul| rul.p50))]
     };
     let (x, y) = (quantiles(a), quantiles(b));
-    a.status.cmp(&b.status).then(x[0].total_cmp(&y[0])).then(x[1].total_cmp(&y[1]))
+    Badge::of(a).rank.cmp(&Badge::of(b).rank).then(x[0].total_cmp(&y[0])).then(x[1].total_cmp(&y[1]))
 }
 
 impl Row {

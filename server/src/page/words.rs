@@ -8,6 +8,8 @@ const ATTENTION_FH: f64 = 500.0;
 /// A status in words, with an icon and a class of the style sheet. Unknown is never green.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Badge {
+    /// Place in a list that begins with what needs attention most.
+    pub rank: u8,
     /// The class.
     pub class: &'static str,
     /// The icon.
@@ -20,17 +22,16 @@ impl Badge {
     /// The badge of a prognosis.
     pub fn of(body: &RulBody) -> Self {
         let p10 = body.rul_fh.as_ref().and_then(|rul| rul.p10);
-        let (class, icon, words) = match body.status {
-            Status::Failed => ("failed", "✖", "failed"),
-            Status::InsufficientHistory => ("unknown", "?", "unknown: not enough history"),
-            Status::Stale => ("unknown", "?", "unknown: data is stale"),
-            Status::Ok | Status::BeyondHorizon if p10.is_some_and(|p10| p10 < ATTENTION_FH) => {
-                ("soon", "▲", "end of life near")
-            }
-            Status::BeyondHorizon => ("good", "✔", "beyond the horizon"),
-            Status::Ok => ("good", "✔", "ok"),
+        let near = p10.is_some_and(|p10| p10 < ATTENTION_FH);
+        let (rank, class, icon, words) = match body.status {
+            Status::Failed => (0, "failed", "✖", "failed"),
+            Status::Ok | Status::BeyondHorizon if near => (1, "soon", "▲", "end of life near"),
+            Status::InsufficientHistory => (2, "unknown", "?", "unknown: not enough history"),
+            Status::Stale => (2, "unknown", "?", "unknown: data is stale"),
+            Status::Ok => (3, "good", "✔", "ok"),
+            Status::BeyondHorizon => (3, "good", "✔", "beyond the horizon"),
         };
-        Self { class, icon, words }
+        Self { rank, class, icon, words }
     }
 }
 

@@ -37,7 +37,7 @@ async fn the_fleet_is_shown_worst_first() {
     judged(&house, "EC-NEW", &[1.0], Err(InsufficientHistory { missing: "a closed block".to_owned() })).await;
     judged(&house, "EC-BAD", &[1.0], Ok(Forecast { probability_failed: 0.9, ..forecast(90) })).await;
     let html = page(&house, "/").await;
-    let places = ["EC-BAD", "EC-NEW", "EC-FAR", "EC-OK"]
+    let places = ["EC-BAD", "EC-OK", "EC-NEW", "EC-FAR"]
         .map(|tail| html.find(&format!("<th scope=\"row\">{tail}</th>")).unwrap());
     assert!(places.is_sorted(), "{places:?}");
     assert!(html.contains("&#62; 10\u{202f}000 fh"), "a censored quantile is beyond the horizon");
