@@ -116,7 +116,7 @@ fn rul_chart(blocks: &[Block]) -> Option<Chart> {
         .band("narrow", "25 to 75 %", sample(2, 4))
         .line("median", "median", sample(3, 3));
     let chart = if censored { chart.rule(horizon, "horizon: beyond is unknown") } else { chart };
-    chart.with_zero().size(760.0, 300.0).draw()
+    chart.with_zero().size(940.0, 300.0).draw()
 }
 
 /// One chart per fault: the filtered value within two standard deviations.

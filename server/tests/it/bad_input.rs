@@ -157,6 +157,9 @@ async fn parameters_are_refused_by_name() {
     nothing_is_stored(&house).await;
 }
 
+/// What is done to a good request.
+type Change = fn(&mut v1::UploadRequest);
+
 fn field(refused: &Status) -> String {
     assert_eq!(refused.code(), Code::InvalidArgument, "{refused}");
     refused.get_error_details().bad_request().unwrap().field_violations[0].field.clone()
@@ -168,7 +171,7 @@ async fn grpc_names_the_field_too() {
     let mut grpc = IngestClient::new(house.channel().await);
     let body: UploadBody = serde_json::from_value(house.body("bad", 10.0)).unwrap();
     let good = from_upload(body.into_upload("EC-MXA".parse().unwrap()).unwrap());
-    let cases: [(fn(&mut v1::UploadRequest), &str); 9] = [
+    let cases: [(Change, &str); 9] = [
         (|r| r.tail = "ec".into(), "tail"),
         (|r| r.samples[1] = f64::NAN, "samples[1]"),
         (|r| r.samples[1] = f64::NEG_INFINITY, "samples[1]"),
