@@ -1,5 +1,6 @@
 -- Times are microseconds since the Unix epoch. Bodies are canonical JSON; a checksum covers the
--- row's key and body. Every table but those of the models leads with the operator, then the component.
+-- row's key and body. Every table but those of the models carries the operator, and the component where
+-- it is about one.
 
 pragma application_id = 0x41435455;
 
@@ -17,6 +18,7 @@ create table bundles (
     body blob not null,
     active integer not null,
     added_at integer not null,
+    activated_at integer,
     checksum blob not null
 ) strict;
 create unique index bundles_active on bundles (active) where active = 1;

@@ -4,9 +4,9 @@
 //! own SQL. What it acknowledges is durable: an upload is answered after the transaction that
 //! holds it has reached the disk.
 //!
-//! Every table leads with the operator, then the component: operators never join, and a database
-//! can be cut along either. Results are keyed by natural keys only. Rows that answers are made of
-//! carry a checksum; a damaged one is an error that names it, never a wrong answer.
+//! Every table carries the operator, and the component where it is about one: operators never join,
+//! and a database can be cut along either. Results are keyed by natural keys only. Uploads, results
+//! and models carry a checksum; a damaged row is an error that names it, never a wrong answer.
 
 mod error;
 mod history;

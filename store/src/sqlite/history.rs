@@ -148,7 +148,8 @@ pub(super) async fn estimates(
     rows.into_iter().map(EstimateRow::estimate).collect()
 }
 
-/// The estimate of one upload in the generation that answers for its life.
+/// The estimate of one upload in the generation that answers for its life. (SQLite follows the order
+/// of a cross join: otherwise it may walk through the whole life.)
 pub(super) async fn estimate_of(
     connection: &mut SqliteConnection,
     component: &Component,
@@ -157,11 +158,10 @@ pub(super) async fn estimate_of(
     let row: Option<EstimateRow> = sqlx::query_as(
         "select e.operator, e.part_number, e.serial_number, e.overhaul_index, e.generation, e.flight_hours,
                 e.recorded_at, e.upload_id, e.body, e.checksum
-         from lives l
-         join estimates e on e.operator = l.operator and e.part_number = l.part_number
-              and e.serial_number = l.serial_number and e.overhaul_index = l.overhaul_index
-              and e.generation = l.generation
+         from lives l cross join estimates e
          where l.operator = $1 and l.part_number = $2 and l.serial_number = $3
+           and e.operator = l.operator and e.part_number = l.part_number and e.serial_number = l.serial_number
+           and e.overhaul_index = l.overhaul_index and e.generation = l.generation
            and e.flight_hours = $4 and e.recorded_at = $5 and e.upload_id = $6",
     )
     .bind_component(component)

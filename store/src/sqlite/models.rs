@@ -37,8 +37,8 @@ impl Sqlite {
             .await
     }
 
-    pub(crate) async fn activate_bundle(&self, hash: &ContentHash, _now: Timestamp) -> Result<(), StoreError> {
-        self.writer.write(Activate { hash: *hash }).await
+    pub(crate) async fn activate_bundle(&self, hash: &ContentHash, now: Timestamp) -> Result<(), StoreError> {
+        self.writer.write(Activate { hash: *hash, now }).await
     }
 
     pub(crate) async fn bundles(&self) -> Result<Vec<BundleRecord>, StoreError> {
@@ -150,6 +150,7 @@ impl Write for Register {
 
 struct Activate {
     hash: ContentHash,
+    now: Timestamp,
 }
 
 impl Write for Activate {
@@ -157,8 +158,9 @@ impl Write for Activate {
 
     async fn apply(&self, connection: &mut SqliteConnection, _: Timestamp) -> Result<(), StoreError> {
         sqlx::query("update bundles set active = 0 where active = 1").execute(&mut *connection).await?;
-        let sql = "update bundles set active = 1 where hash = $1";
-        let activated = sqlx::query(sql).bind(&self.hash.bytes()[..]).execute(connection).await?;
+        let sql = "update bundles set active = 1, activated_at = $2 where hash = $1";
+        let query = sqlx::query(sql).bind(&self.hash.bytes()[..]).bind(self.now.micros());
+        let activated = query.execute(connection).await?;
         if activated.rows_affected() == 0 { Err(StoreError::UnknownBundle(self.hash)) } else { Ok(()) }
     }
 }

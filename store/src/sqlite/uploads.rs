@@ -118,7 +118,8 @@ pub(super) async fn find(
     row.map(UploadRow::upload).transpose()
 }
 
-/// Uploads of a component that wait, in the order of its life.
+/// Uploads of a component that wait, in the order of its life. (SQLite follows the order of a cross
+/// join: otherwise it may walk through all uploads of the component.)
 pub(super) async fn waiting(
     connection: &mut SqliteConnection,
     component: &Component,
@@ -126,10 +127,10 @@ pub(super) async fn waiting(
     let rows: Vec<UploadRow> = sqlx::query_as(
         "select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, u.received_at, u.body,
                 u.checksum
-         from inbox w
-         join uploads u on u.operator = w.operator and u.part_number = w.part_number
-              and u.serial_number = w.serial_number and u.recorded_at = w.recorded_at and u.upload_id = w.upload_id
-         where w.operator = $1 and w.part_number = $2 and w.serial_number = $3",
+         from inbox w cross join uploads u
+         where w.operator = $1 and w.part_number = $2 and w.serial_number = $3
+           and u.operator = w.operator and u.part_number = w.part_number and u.serial_number = w.serial_number
+           and u.recorded_at = w.recorded_at and u.upload_id = w.upload_id",
     )
     .bind_component(component)
     .fetch_all(connection)

@@ -115,7 +115,7 @@ async fn a_full_queue_refuses_and_loses_nothing() {
     let answers = callers.join_all().await;
     let accepted = answers.iter().filter(|answer| matches!(answer, Ok(Receipt::Accepted))).count();
     let overloaded = answers.iter().filter(|answer| matches!(answer, Err(StoreError::Overloaded { capacity: 2 })));
-    assert!(accepted >= 2 && accepted < 10, "{answers:?}");
+    assert!((2..10).contains(&accepted), "{answers:?}");
     assert_eq!(accepted + overloaded.count(), 10);
     assert_eq!(store.pending().await.unwrap(), accepted as u64);
     assert_eq!(store.accept(&operator(), upload("again", "0001"), day(0.0)).await.unwrap(), Receipt::Accepted);

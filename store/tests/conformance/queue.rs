@@ -198,7 +198,7 @@ async fn eight_leasers_process_every_upload_exactly_once() {
         store.accept(&operator(), upload, day(0.0)).await.unwrap();
     }
     timeout(Duration::from_secs(120), tasks.join_all()).await.unwrap();
-    let estimated = estimated.lock().unwrap();
+    let estimated = estimated.lock().unwrap().clone();
     assert_eq!(estimated.len(), UPLOADS, "no upload is estimated twice");
     assert_eq!(estimated.iter().collect::<BTreeSet<_>>().len(), UPLOADS);
     assert_eq!(store.pending().await.unwrap(), 0);
