@@ -3,6 +3,7 @@
 //! Nothing here does I/O, asks the time or holds randomness of its own. Transcendental functions come
 //! from `libm`, so that a simulation gives the same bits on any x86-64.
 
+pub mod assessment;
 pub mod back_emf;
 pub mod closed_form;
 pub mod commutation;
@@ -10,8 +11,10 @@ pub mod controller;
 pub mod faults;
 pub mod high_fidelity;
 pub mod lf1;
+pub mod lf2;
 pub mod manoeuvre;
 pub mod motor;
 pub mod response;
 pub mod shaft;
 pub mod simulation;
+pub mod wear;
