@@ -110,7 +110,7 @@ pub struct Parameters {
     pub speed_proportional: f64,
     /// Integral gain of the speed loop, A/rad.
     pub speed_integral: f64,
-    /// First-order lag of the speed reference, s.
+    /// First-order lag of the speed reference, s: what lets the phase pass -180 degrees.
     pub speed_lag_s: f64,
     /// Step of the integration, s.
     pub time_step_s: f64,
@@ -191,8 +191,8 @@ impl Motor {
         &self.parameters
     }
 
-    /// Least torque of a standing motor at full current over a turn, less friction, N m: no load below
-    /// it can stop the motor for good.
+    /// Load that a slow rotation just cannot carry through its weakest angle, N m: the least torque at
+    /// full current over a turn, less friction in motion.
     pub fn holding_torque_nm(&self) -> f64 {
         let p = &self.parameters;
         let current_max = p.torque_max_nm / p.back_emf_v_s;
@@ -201,7 +201,8 @@ impl Motor {
             let back_emf = start.min(start + slope * TAU / BINS as f64);
             back_emf * current_max.min(p.supply_v * self.conductance[bin])
         };
-        (0..BINS).map(torque).fold(f64::INFINITY, f64::min) - self.friction_dynamic_nm
+        let least = (0..BINS).map(torque).fold(f64::INFINITY, f64::min);
+        (least - self.friction_dynamic_nm).max(0.0)
     }
 
     /// Speed reference of a position error at the output, rad/s.
@@ -249,8 +250,6 @@ fn sector(bin: usize) -> usize {
 pub struct Lanes<const N: usize> {
     /// Motor speed, rad/s.
     pub speed_rad_s: [f64; N],
-    /// Current, A.
-    pub current_a: [f64; N],
     /// Output angle behind the backlash, rad.
     pub output_rad: [f64; N],
     motor_rad: [f64; N],
@@ -265,7 +264,6 @@ impl<const N: usize> Lanes<N> {
         let zero = [0.0; N];
         Self {
             speed_rad_s: zero,
-            current_a: zero,
             output_rad: zero,
             motor_rad: zero,
             electrical_rad: zero,
@@ -302,7 +300,6 @@ impl<const N: usize> Lanes<N> {
             let emf = back_emf[j] * speed;
             let current = limit(wanted, (-p.supply_v - emf) * conductance[j], (p.supply_v - emf) * conductance[j]);
             let torque = back_emf[j] * current - motor.viscous_nm_s * speed - load_nm[j];
-            self.current_a[j] = current;
             self.speed_rad_s[j] = with_friction(motor, speed, torque, acceleration);
         }
         for j in 0..N {

@@ -188,7 +188,8 @@ impl Wear {
         self.deviation
     }
 
-    /// [`STEP_FH`] more hours under a load and a temperature.
+    /// [`STEP_FH`] more hours under a load and a temperature, which the caller chooses: those of an
+    /// [`Environment`], or of the flights that a unit flies.
     pub fn step(&mut self, load: f64, temperature: f64) {
         let growth = self.law.growth_at(self.t_fh);
         let input = [1.0, load, temperature];
@@ -208,7 +209,7 @@ impl Wear {
 /// How fast each margin of the assessment can change, per unit of the sum of absolute changes of the
 /// faults, and how rough it is: bounds with room over what random pairs of states show.
 const MARGIN_RATES: [f64; 4] = [0.4, 2.0, 6.0, 0.8];
-const MARGIN_ROUGHNESS: [f64; 4] = [5e-4, 0.01, 0.2, 5e-3];
+const MARGIN_ROUGHNESS: [f64; 4] = [5e-4, 1e-4, 0.2, 5e-3];
 
 /// Watches one actuator for its first faulty verdict. It asks the assessment function only when the
 /// state has moved so far since the last answer that a margin could have been used up.
