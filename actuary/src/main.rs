@@ -1,1 +1,45 @@
-fn main() {}
+//! `actuary`: the one binary. Configuration, wiring and words; everything else lives in the crates.
+
+mod clock;
+mod command;
+mod default_model;
+mod exit;
+mod service;
+mod table;
+mod telemetry;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::command::{demo, serve, simulate, train};
+
+/// Predicts the remaining life of aircraft electromechanical actuators.
+#[derive(Debug, Parser)]
+#[command(version, propagate_version = true, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Demo(demo::Arguments),
+    Serve(serve::Arguments),
+    Train(train::Arguments),
+    Simulate(simulate::Arguments),
+}
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return exit::usage(&error),
+    };
+    let outcome = match cli.command {
+        Command::Demo(arguments) => demo::run(arguments),
+        Command::Serve(arguments) => serve::run(arguments),
+        Command::Train(arguments) => train::run(arguments),
+        Command::Simulate(arguments) => simulate::run(arguments),
+    };
+    exit::code(outcome)
+}

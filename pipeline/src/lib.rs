@@ -1,1 +1,18 @@
-//! The model bundle: offline training, and the pure online functions estimate, state and prognosis.
+//! The model bundle, and the pure functions around it.
+//!
+//! Offline: [`train`] makes a [`Bundle`] from a motor's parameters and a seed. Online: a [`Model`] (a
+//! bundle made ready) turns an upload into an estimate ([`Model::estimate`]) and the estimates of a life
+//! into states and a prognosis ([`Model::outlook`]). Nothing here does I/O or asks the time; the online
+//! functions give the same bits on any x86-64.
+
+mod bundle;
+mod estimate;
+mod metrics;
+mod outlook;
+mod training;
+
+pub use bundle::{Bundle, BundleError, Model, Provenance};
+pub use estimate::EstimateError;
+pub use metrics::{DiagnosisMetrics, Metrics, SurrogateMetrics, Validation};
+pub use outlook::{LifeContext, Outlook, OutlookError};
+pub use training::{Progress, TrainError, TrainSettings, train};

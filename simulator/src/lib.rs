@@ -1,1 +1,75 @@
-//! A simulated fleet: hidden truth per actuator, physics-based uploads over REST.
+//! A simulated fleet: every actuator has a hidden wear, its motor physics makes the samples, and it
+//! uploads over REST as an aircraft would. Nothing of the hidden truth leaves but by the truth file.
+
+mod client;
+mod fleet;
+mod instrument;
+mod truth;
+mod unit;
+
+pub use client::{Client, Sent};
+pub use fleet::{FH_PER_DAY, Fleet, FleetPlan, Flown};
+pub use instrument::Physics;
+pub use truth::write_truth;
+
+use domain::Invalid;
+
+/// Why the fleet cannot fly.
+#[derive(Debug, thiserror::Error)]
+pub enum FleetError {
+    /// The service's address is no URL.
+    #[error("{url:?} is not the address of a service: {reason}")]
+    BadUrl {
+        /// What was given.
+        url: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Nobody answers.
+    #[error("no service answers at {url}")]
+    NotReachable {
+        /// The service's address.
+        url: String,
+    },
+    /// The service has no active bundle, so there is no mask to sample by.
+    #[error("the service has no active model")]
+    NoModel,
+    /// The mask is a function of something that the simulated motor does not have.
+    #[error("a mask over {0:?} cannot be sampled by a motor with an electrical angle")]
+    UnknownCoordinate(String),
+    /// The points of the mask are no bins.
+    #[error("mask: {0}")]
+    BadMask(Invalid),
+    /// The mask belongs to a map of another length.
+    #[error("mask {mask_id} does not belong to a map of {map_length} bins")]
+    ForeignMask {
+        /// The mask.
+        mask_id: String,
+        /// The length of the simulated motor's map.
+        map_length: usize,
+    },
+    /// The service refuses an upload.
+    #[error("upload {upload_id} was refused: {reason}")]
+    Refused {
+        /// The upload.
+        upload_id: String,
+        /// The service's words.
+        reason: String,
+    },
+    /// The service answers with something else than the contract says.
+    #[error("unexpected answer: {0}")]
+    BadAnswer(String),
+    /// A number in the plan that makes no fleet.
+    #[error("{field} must be {rule}, not {given}")]
+    BadPlan {
+        /// The field.
+        field: &'static str,
+        /// What it must be.
+        rule: &'static str,
+        /// What it is.
+        given: String,
+    },
+    /// A simulation ended abnormally.
+    #[error("a simulation ended abnormally: {0}")]
+    Abnormal(#[from] tokio::task::JoinError),
+}

@@ -1,1 +1,101 @@
-//! End-to-end tests live in the test files of this crate.
+//! What the end-to-end tests share: the real binary, real processes, real sockets.
+
+use std::{
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+    process::{Child, ChildStdout, Command, Output, Stdio},
+    time::{Duration, Instant},
+};
+
+use serde_json::Value;
+
+/// The binary, beside the tests in the target folder.
+pub fn binary() -> PathBuf {
+    let test = std::env::current_exe().expect("a test has a path");
+    let binary = test.ancestors().nth(2).expect("tests lie two folders below the binary").join("actuary");
+    assert!(binary.exists(), "{} is missing: cargo build --workspace --bin actuary", binary.display());
+    binary
+}
+
+/// Runs `actuary` to its end.
+pub fn run(arguments: &[&str]) -> Output {
+    Command::new(binary()).args(arguments).output().expect("the binary starts")
+}
+
+/// A service of its own process; killed without warning when dropped.
+pub struct Service {
+    child: Child,
+    // Kept open: a closed pipe would end a service that still speaks.
+    _stdout: BufReader<ChildStdout>,
+    /// `http://` and its address.
+    pub url: String,
+}
+
+impl Service {
+    /// Starts `actuary serve` on a database file; port 0 takes any free one.
+    pub fn start(database: &Path, port: u16) -> Self {
+        let mut child = Command::new(binary())
+            .args(["serve", "--database-url", &format!("sqlite:{}", database.display()), "--port", &port.to_string()])
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the binary starts");
+        let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
+        let mut line = String::new();
+        stdout.read_line(&mut line).expect("the service says where it listens");
+        let url = line.trim().strip_prefix("listening on ").expect("the address").to_owned();
+        Self { child, _stdout: stdout, url }
+    }
+
+    /// The port it listens on.
+    pub fn port(&self) -> u16 {
+        self.url.rsplit(':').next().and_then(|port| port.parse().ok()).expect("a port")
+    }
+
+    /// SIGKILL: no warning, no clean-up.
+    pub fn kill(mut self) {
+        self.child.kill().expect("it was running");
+        self.child.wait().expect("it ended");
+    }
+
+    /// The JSON that a path answers with.
+    pub async fn get(&self, path: &str) -> Value {
+        let answer = reqwest::get(format!("{}{path}", self.url)).await.expect("an answer");
+        assert!(answer.status().is_success(), "GET {path}: {}", answer.status());
+        answer.json().await.expect("JSON")
+    }
+
+    /// The RUL objects of the fleet, once nothing is pending.
+    pub async fn settled_fleet(&self) -> Vec<Value> {
+        let deadline = Instant::now() + Duration::from_secs(240);
+        loop {
+            let fleet = self.fleet().await;
+            let settled = fleet.iter().all(|rul| rul["pending_uploads"] == 0);
+            if !fleet.is_empty() && settled {
+                return fleet;
+            }
+            assert!(Instant::now() < deadline, "uploads stay pending");
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+    }
+
+    async fn fleet(&self) -> Vec<Value> {
+        let mut fleet = Vec::new();
+        for tail in items(self.get("/v1/tails").await) {
+            let tail = tail["tail"].as_str().expect("a tail").to_owned();
+            fleet.extend(items(self.get(&format!("/v1/tails/{tail}/rul")).await));
+        }
+        fleet
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The items of a page.
+pub fn items(page: Value) -> Vec<Value> {
+    page["items"].as_array().expect("a page").clone()
+}

@@ -10,12 +10,7 @@ use store::{LifeInputs, LifeResults};
 use crate::models::Masks;
 
 /// Analyses a life with all that is known of it.
-pub fn analyse(
-    model: &Model,
-    masks: &Masks,
-    inputs: LifeInputs,
-    now: Timestamp,
-) -> Result<LifeResults, OutlookError> {
+pub fn analyse(model: &Model, masks: &Masks, inputs: LifeInputs, now: Timestamp) -> Result<LifeResults, OutlookError> {
     let LifeInputs { life, generation, unestimated, mut estimates, states } = inputs;
     let (new, set_aside) = estimate_each(model, masks, &unestimated);
     estimates.extend(new.iter().cloned());

@@ -1,0 +1,6 @@
+//! The subcommands.
+
+pub mod demo;
+pub mod serve;
+pub mod simulate;
+pub mod train;

@@ -1,0 +1,237 @@
+//! `actuary demo`: server, worker, database and a simulated fleet in one process.
+
+use std::{
+    fs,
+    io::{IsTerminal, Write},
+    path::PathBuf,
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, Result};
+use clap::Args;
+use domain::Timestamp;
+use proto::json::{Page, RulBody, TailItem};
+use simulator::{Client, Fleet, FleetPlan, Physics};
+use tokio::task::JoinHandle;
+
+use crate::{
+    clock::SimulatedClock,
+    exit::Failure,
+    service::{Service, Settings, interrupted},
+    table, telemetry,
+};
+
+/// When the demo's future begins.
+const START: &str = "2026-01-01T00:00:00Z";
+/// The port that is tried first when none is asked for.
+const PORT: u16 = 8080;
+/// Flight hours per step of the fleet's past, which it flies as fast as it can.
+const PAST_STEP_FH: f64 = 40.0;
+/// Flight hours per step of its future.
+const STEP_FH: f64 = 4.0;
+/// Pause between steps while somebody looks on.
+const PACE: Duration = Duration::from_millis(1000);
+const REFRESH: Duration = Duration::from_secs(2);
+
+/// Watch a simulated fleet upload, wear, and be prognosed: everything in one process.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  actuary demo --tails 2 --hours 100 --exit --json > rul.json")]
+pub struct Arguments {
+    /// Aircraft of the fleet.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
+    tails: u32,
+    /// Simulated flight hours to fly after the back-filled past; without end when not given.
+    #[arg(long, allow_negative_numbers = true)]
+    hours: Option<f64>,
+    /// Seed of everything hidden.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder that keeps the fleet between runs; a fresh temporary one without it.
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+    /// Port on the loopback address; 8080, or any free one if that is taken.
+    #[arg(long)]
+    port: Option<u16>,
+    /// Stop after the hours (200 when not given), once nothing is pending.
+    #[arg(long)]
+    exit: bool,
+    /// At the end, print an array of RUL objects on standard output; all else goes to standard error.
+    #[arg(long, requires = "exit")]
+    json: bool,
+}
+
+/// Runs the demo.
+pub fn run(arguments: Arguments) -> Result<()> {
+    telemetry::start();
+    let hours = hours(&arguments)?;
+    let temporary = if arguments.data.is_none() { Some(tempfile::tempdir()?) } else { None };
+    let folder = match (&arguments.data, &temporary) {
+        (Some(folder), _) => folder.clone(),
+        (None, Some(temporary)) => temporary.path().to_owned(),
+        (None, None) => unreachable!("one of the two is there"),
+    };
+    fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    let database_url = format!("sqlite:{}", folder.join("actuary.sqlite").display());
+    tokio::runtime::Runtime::new()?.block_on(demo(&arguments, hours, database_url))
+}
+
+/// Hours to fly, as far as they are limited.
+fn hours(arguments: &Arguments) -> Result<Option<f64>, Failure> {
+    match arguments.hours {
+        Some(hours) if !(0.0..=100_000.0).contains(&hours) => {
+            Err(Failure::BadInput(format!("--hours {hours}: must be 0 to 100000")))
+        }
+        None if arguments.exit => Ok(Some(200.0)),
+        hours => Ok(hours),
+    }
+}
+
+async fn demo(arguments: &Arguments, hours: Option<f64>, database_url: String) -> Result<()> {
+    let start: Timestamp = START.parse()?;
+    let clock = SimulatedClock::new(Timestamp::from_micros(0));
+    let settings = |port| Settings {
+        database_url: database_url.clone(),
+        port,
+        clock: clock.shared(),
+        stale_after: Duration::from_secs(30 * 86_400),
+        enrol: true,
+    };
+    let service = match arguments.port {
+        Some(port) => Service::start(settings(port)).await?,
+        None => match Service::start(settings(PORT)).await {
+            Ok(service) => service,
+            Err(_) => Service::start(settings(0)).await?,
+        },
+    };
+    let screen = Screen { url: service.url(), json: arguments.json };
+    screen.say(&format!(
+        "Fleet health at {}/  (REST: /openapi.json, gRPC with reflection on the same port)",
+        service.url()
+    ));
+    let plan = FleetPlan {
+        tails: arguments.tails as usize,
+        positions: 2,
+        seed: arguments.seed,
+        start,
+        physics: Physics::HighFidelity,
+    };
+    let flight = tokio::spawn(fly(plan, service.url(), clock, hours, !arguments.exit));
+    let onlooker = tokio::spawn(screen.clone().look_on());
+    let outcome = tokio::select! {
+        landed = finished(flight, &service, arguments.exit) => landed,
+        () = interrupted() => Ok(()),
+    };
+    onlooker.abort();
+    if outcome.is_ok() && arguments.exit {
+        screen.finish().await?;
+    }
+    service.stop().await?;
+    outcome
+}
+
+/// Flies the fleet's past as fast as it can, then its future step by step; the clock flies along.
+async fn fly(plan: FleetPlan, url: String, clock: SimulatedClock, hours: Option<f64>, paced: bool) -> Result<()> {
+    let mut fleet = Fleet::launch(plan.clone(), Client::new(&url)?).await?;
+    let mut now_fh = fleet.flown_fh();
+    let last_fh = hours.map_or(f64::INFINITY, |hours| now_fh.max(0.0) + hours);
+    while now_fh < last_fh {
+        let past = now_fh < 0.0;
+        now_fh = if past { (now_fh + PAST_STEP_FH).min(0.0) } else { (now_fh + STEP_FH).min(last_fh) };
+        clock.advance_to(plan.time_at(now_fh));
+        let pause = tokio::time::sleep(if paced && !past { PACE } else { Duration::ZERO });
+        fleet.fly_until(now_fh).await?;
+        pause.await;
+    }
+    Ok(())
+}
+
+/// Waits for the fleet to land; without `exit` the service goes on afterwards.
+async fn finished(flight: JoinHandle<Result<()>>, service: &Service, exit: bool) -> Result<()> {
+    flight.await??;
+    if !exit {
+        interrupted().await;
+        return Ok(());
+    }
+    while service.store.pending().await? > 0 {
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    Ok(())
+}
+
+/// Where the fleet is shown.
+#[derive(Clone)]
+struct Screen {
+    url: String,
+    json: bool,
+}
+
+impl Screen {
+    /// Shows the table again and again, and says when the first RULs are there.
+    async fn look_on(self) {
+        let started = Instant::now();
+        let terminal = if self.json { std::io::stderr().is_terminal() } else { std::io::stdout().is_terminal() };
+        let mut seen = false;
+        let mut last = String::new();
+        loop {
+            tokio::time::sleep(REFRESH).await;
+            let Ok(prognoses) = self.prognoses().await else { continue };
+            if !seen && prognoses.iter().any(|body| body.rul_fh.is_some()) {
+                seen = true;
+                self.say(&format!("First remaining lives after {:.1} s.", started.elapsed().as_secs_f64()));
+            }
+            let table = table::fleet(&prognoses);
+            if terminal {
+                self.say(&format!("\x1b[H\x1b[2J{}/\n\n{table}", self.url));
+            } else if seen && table != last {
+                self.say(&table);
+                tokio::time::sleep(4 * REFRESH).await;
+            }
+            last = table;
+        }
+    }
+
+    /// The last word: the table, or JSON.
+    async fn finish(&self) -> Result<()> {
+        let prognoses = self.prognoses().await?;
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&prognoses)?);
+        } else {
+            self.say(&table::fleet(&prognoses));
+        }
+        Ok(())
+    }
+
+    /// The whole fleet, as any dashboard would read it.
+    async fn prognoses(&self) -> Result<Vec<RulBody>> {
+        let mut prognoses = Vec::new();
+        let mut cursor = String::new();
+        loop {
+            let tails: Page<TailItem> = reqwest::get(format!("{}/v1/tails?limit=1000{cursor}", self.url))
+                .await?
+                .error_for_status()?
+                .json()
+                .await?;
+            for tail in tails.items {
+                let ruls: Page<RulBody> = reqwest::get(format!("{}/v1/tails/{}/rul", self.url, tail.tail))
+                    .await?
+                    .error_for_status()?
+                    .json()
+                    .await?;
+                prognoses.extend(ruls.items);
+            }
+            match tails.next_cursor {
+                None => return Ok(prognoses),
+                Some(next) => cursor = format!("&cursor={next}"),
+            }
+        }
+    }
+
+    fn say(&self, text: &str) {
+        if self.json {
+            eprintln!("{text}");
+        } else {
+            println!("{text}");
+        }
+        let _ = std::io::stdout().flush();
+    }
+}

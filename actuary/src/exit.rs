@@ -1,0 +1,42 @@
+//! Exit codes: 0 ok, 1 failed, 2 bad input, 3 not reachable; one line on an error.
+
+use std::process::ExitCode;
+
+/// A failure with an exit code of its own; every other error exits with 1.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// What the user gave cannot be used.
+    #[error("{0}")]
+    BadInput(String),
+    /// A service that the command needs does not answer.
+    #[error("{0}")]
+    NotReachable(String),
+}
+
+/// Help and version go to standard output; what is wrong with a command line goes to standard error,
+/// in one line.
+pub fn usage(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        print!("{error}");
+        return ExitCode::SUCCESS;
+    }
+    let text = error.to_string();
+    let wrong = text.split("\n\nUsage:").next().unwrap_or_default();
+    let line = wrong.split_whitespace().collect::<Vec<_>>().join(" ");
+    eprintln!("actuary: {}", line.trim_start_matches("error: "));
+    ExitCode::from(2)
+}
+
+/// The process's exit code; an error is printed on standard error, in one line.
+pub fn code(outcome: anyhow::Result<()>) -> ExitCode {
+    let Err(error) = outcome else {
+        return ExitCode::SUCCESS;
+    };
+    let line = format!("{error:#}").replace('\n', "; ");
+    eprintln!("actuary: {line}");
+    match error.downcast_ref::<Failure>() {
+        Some(Failure::BadInput(_)) => ExitCode::from(2),
+        Some(Failure::NotReachable(_)) => ExitCode::from(3),
+        None => ExitCode::FAILURE,
+    }
+}

@@ -1,0 +1,168 @@
+//! The bundle: one immutable, content-hashed file with everything that judges a life.
+
+use std::collections::HashMap;
+
+use diagnosis::Diagnoser;
+use domain::{BundleSummary, ContentHash, FaultModel, Mask};
+use ema::motor::Motor;
+use prognosis::{prior::FleetPrior, surrogate::Surrogate};
+use reduction::{GappyPod, ReductionError};
+use serde::{Deserialize, Serialize};
+
+use crate::Metrics;
+
+/// The layout that this code reads and writes.
+const FORMAT: u32 = 1;
+
+/// Everything that was learned offline. Its file is JSON with shortest round-trip floats, and the
+/// SHA-256 of the file is its name.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bundle {
+    /// Layout of the file.
+    pub format: u32,
+    /// How it was made.
+    pub provenance: Provenance,
+    /// Names, nominal values and groups of the faults.
+    pub faults: FaultModel,
+    /// The motor that it describes.
+    pub motor: Motor,
+    /// Masks to publish; the first is the one to fetch.
+    pub masks: Vec<Mask>,
+    /// Diagnosis of uploads with a load ratio, on the load-invariant map.
+    pub with_load_ratio: Diagnoser,
+    /// Diagnosis of uploads without one, on the raw map.
+    pub without_load_ratio: Diagnoser,
+    /// Stand-in for the assessment function.
+    pub surrogate: Surrogate,
+    /// Prior of new lives until the operator's own fleet has taught a better one.
+    pub prior: FleetPrior,
+    /// How good it was on data that it had not seen.
+    pub metrics: Metrics,
+}
+
+/// How a bundle was made: enough to make it again.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Importance samples.
+    pub samples: usize,
+    /// Lives of the fleet that taught the prior.
+    pub lives: usize,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Version of the code.
+    pub code_version: String,
+}
+
+/// A file that is no usable bundle.
+#[derive(Debug, thiserror::Error)]
+pub enum BundleError {
+    /// Not the JSON of a bundle.
+    #[error("not a model bundle: {0}")]
+    Malformed(#[from] serde_json::Error),
+    /// A bundle of another layout.
+    #[error("format {0} is not the one that this version reads ({FORMAT})")]
+    Format(u32),
+    /// Its parts do not fit together.
+    #[error("mask {mask}: {reason}")]
+    Mask {
+        /// The mask.
+        mask: ContentHash,
+        /// What does not fit.
+        reason: ReductionError,
+    },
+    /// There is nothing to sample by.
+    #[error("the bundle has no mask")]
+    NoMask,
+}
+
+impl Bundle {
+    /// The layout of bundles made by this code.
+    pub const FORMAT: u32 = FORMAT;
+
+    /// The file.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = serde_json::to_vec(self).expect("bundles serialise: no maps with non-text keys");
+        bytes.push(b'\n');
+        bytes
+    }
+}
+
+/// A bundle made ready for use.
+#[derive(Debug)]
+pub struct Model {
+    pub(crate) bundle: Bundle,
+    pub(crate) hash: ContentHash,
+    pub(crate) prior: ContentHash,
+    factors: HashMap<ContentHash, Factors>,
+}
+
+/// Both bases at the points of one mask.
+#[derive(Debug, Clone)]
+pub(crate) struct Factors {
+    pub with_load_ratio: GappyPod,
+    pub without_load_ratio: GappyPod,
+}
+
+impl Model {
+    /// Reads a bundle's file.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, BundleError> {
+        /// The first thing to know of a file.
+        #[derive(Deserialize)]
+        struct Header {
+            format: u32,
+        }
+        let header: Header = serde_json::from_slice(bytes)?;
+        if header.format != FORMAT {
+            return Err(BundleError::Format(header.format));
+        }
+        let bundle: Bundle = serde_json::from_slice(bytes)?;
+        if bundle.masks.is_empty() {
+            return Err(BundleError::NoMask);
+        }
+        let mut model = Self {
+            hash: ContentHash::of(bytes),
+            prior: ContentHash::of_json(&bundle.prior),
+            bundle,
+            factors: HashMap::new(),
+        };
+        for mask in &model.bundle.masks {
+            let at_mask = model.at(mask).map_err(|reason| BundleError::Mask { mask: mask.id(), reason })?;
+            model.factors.insert(mask.id(), at_mask);
+        }
+        Ok(model)
+    }
+
+    /// The bundle.
+    pub fn bundle(&self) -> &Bundle {
+        &self.bundle
+    }
+
+    /// What the shells need to know of it.
+    pub fn summary(&self) -> BundleSummary {
+        BundleSummary {
+            hash: self.hash,
+            prior: self.prior,
+            faults: self.bundle.faults.clone(),
+            masks: self.bundle.masks.clone(),
+            k_nom: self.bundle.motor.back_emf_v_s_rad,
+            min_samples: self.bundle.with_load_ratio.needed_samples(),
+        }
+    }
+
+    /// Both bases at a mask: at hand for the bundle's own, made anew for an older one.
+    pub(crate) fn factors(&self, mask: &Mask) -> Result<Factors, ReductionError> {
+        match self.factors.get(&mask.id()) {
+            Some(factors) => Ok(factors.clone()),
+            None => self.at(mask),
+        }
+    }
+
+    fn at(&self, mask: &Mask) -> Result<Factors, ReductionError> {
+        Ok(Factors {
+            with_load_ratio: self.bundle.with_load_ratio.on_mask(mask)?,
+            without_load_ratio: self.bundle.without_load_ratio.on_mask(mask)?,
+        })
+    }
+}

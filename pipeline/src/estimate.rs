@@ -1,0 +1,60 @@
+//! From one upload to its estimate.
+
+use diagnosis::Measurement;
+use domain::{Diagnosis, Estimate, Mask, NUMERICS_VERSION, Outcome, Upload};
+use reduction::ReductionError;
+
+use crate::Model;
+
+/// Why an upload has no estimate: a reason to set it aside.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EstimateError {
+    /// The mask belongs to another kind of map.
+    #[error("mask: {0}")]
+    Mask(#[from] ReductionError),
+    /// An intermediate was not finite.
+    #[error("{what} is {value}")]
+    NotFinite {
+        /// Which figure.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
+}
+
+impl Model {
+    /// What `upload`, sampled at `mask` and checked against it, says about the health of its actuator.
+    pub fn estimate(&self, upload: &Upload, mask: &Mask) -> Result<Estimate, EstimateError> {
+        let factors = self.factors(mask)?;
+        let samples: Vec<_> =
+            upload.samples.iter().map(|y| y.map(|y| y / self.bundle.motor.back_emf_v_s_rad)).collect();
+        let measurement =
+            Measurement { samples: &samples, load_ratio: upload.load_ratio.as_ref(), noise: upload.sample_noise };
+        let outcome = match &upload.load_ratio {
+            Some(_) => self.bundle.with_load_ratio.diagnose(&factors.with_load_ratio, &measurement),
+            None => self.bundle.without_load_ratio.diagnose(&factors.without_load_ratio, &measurement),
+        };
+        if let Outcome::Diagnosed(diagnosis) = &outcome {
+            check_finite(diagnosis)?;
+        }
+        Ok(Estimate {
+            upload_id: upload.upload_id.clone(),
+            flight_hours: upload.flight_hours,
+            recorded_at: upload.recorded_at,
+            mask_id: upload.mask_id,
+            model: self.hash,
+            numerics_version: NUMERICS_VERSION,
+            outcome,
+        })
+    }
+}
+
+fn check_finite(diagnosis: &Diagnosis) -> Result<(), EstimateError> {
+    let faults = diagnosis.fault_vector.values().iter().map(|value| ("a fault", *value));
+    let sigmas = diagnosis.sigma.iter().map(|value| ("the sigma of a fault", *value));
+    let chi_square = [("the chi-square of the residual", diagnosis.chi_square)];
+    match faults.chain(sigmas).chain(chi_square).find(|(_, value)| !value.is_finite()) {
+        None => Ok(()),
+        Some((what, value)) => Err(EstimateError::NotFinite { what: what.to_owned(), value }),
+    }
+}

@@ -1,0 +1,193 @@
+//! Estimates and outlooks with the bundle that ships: pure functions of a set, the same bits always.
+
+use domain::{
+    Component, Diagnosis, Estimate, FaultVector, Life, LoadRatio, Mask, NUMERICS_VERSION, Outcome, State, Stream,
+    Timestamp, Upload,
+};
+use ema::{closed_form, faults::ElectricalFaults};
+use pipeline::{LifeContext, Model, Outlook};
+use proptest::prelude::*;
+
+fn model() -> Model {
+    Model::from_bytes(include_bytes!("../../models/default.json")).unwrap()
+}
+
+fn life() -> Life {
+    let component = Component {
+        operator: "default".parse().unwrap(),
+        part_number: "EMA-48V".parse().unwrap(),
+        serial_number: "0001".parse().unwrap(),
+    };
+    Life { component, overhaul_index: 0 }
+}
+
+fn outlook(model: &Model, estimates: &[Estimate], known: &[State]) -> Outlook {
+    model.outlook(&LifeContext { life: &life(), generation: 1 }, estimates, known).unwrap()
+}
+
+/// Estimates every four hours of a short that grows exponentially.
+fn estimates(model: &Model, count: u32) -> Vec<Estimate> {
+    let mut stream = Stream::new(4, &["estimates"]);
+    let mut estimate = |i: u32| {
+        let flight_hours = 4.0 * f64::from(i + 1);
+        let k1 = 0.02 * (flight_hours / 1000.0).exp() + 0.004 * stream.normal();
+        Estimate {
+            upload_id: format!("u{i:05}").parse().unwrap(),
+            flight_hours,
+            recorded_at: "2026-01-01T00:00:00Z".parse::<Timestamp>().unwrap().plus_hours(3.0 * flight_hours),
+            mask_id: model.bundle().masks[0].id(),
+            model: model.summary().hash,
+            numerics_version: NUMERICS_VERSION,
+            outcome: Outcome::Diagnosed(Diagnosis {
+                fault_vector: FaultVector(vec![k1.max(0.0), 0.0, 0.0, 0.5, 0.5]),
+                sigma: vec![0.004; 5],
+                plausible: true,
+                chi_square: 20.0,
+                degrees_of_freedom: 21,
+                load_invariant: true,
+            }),
+        }
+    };
+    (0..count).map(&mut estimate).collect()
+}
+
+/// An upload of closed-form samples without noise.
+fn upload(mask: &Mask, k_nom: f64, faults: &FaultVector, r: Option<f64>) -> Upload {
+    let electrical = ElectricalFaults::try_from(faults).unwrap();
+    let load = r.unwrap_or(0.1);
+    Upload {
+        tail: "EC-MXA".parse().unwrap(),
+        upload_id: "u1".parse().unwrap(),
+        position: "AIL-L".parse().unwrap(),
+        part_number: "EMA-48V".parse().unwrap(),
+        serial_number: "0001".parse().unwrap(),
+        flight_hours: 12.5,
+        flight_cycles: None,
+        recorded_at: "2026-03-01T12:30:00Z".parse().unwrap(),
+        mask_id: mask.id(),
+        samples: mask.bins().iter().map(|&bin| Some(k_nom * closed_form::back_emf(&electrical, bin, load))).collect(),
+        load_ratio: r.map(|r| LoadRatio::PerSample(vec![Some(r); mask.len()])),
+        sample_noise: Some(0.01),
+        strain: None,
+        air_data: None,
+        temperature_c: None,
+        winding_temperature_c: None,
+        on_ground: None,
+    }
+}
+
+fn diagnosis(model: &Model, upload: &Upload) -> Diagnosis {
+    match model.estimate(upload, &model.bundle().masks[0]).unwrap().outcome {
+        Outcome::Diagnosed(diagnosis) => diagnosis,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn samples_of_known_faults_are_diagnosed_with_and_without_load_ratio() {
+    let model = model();
+    let mask = &model.bundle().masks[0];
+    let truth = FaultVector(vec![0.12, 0.03, 0.0, 0.55, 0.47]);
+    for (r, within) in [(Some(0.1), 0.01), (Some(-0.2), 0.01), (None, 0.03)] {
+        let found = diagnosis(&model, &upload(mask, model.summary().k_nom, &truth, r));
+        assert!(found.plausible);
+        assert_eq!(found.load_invariant, r.is_some());
+        for (k, truth) in found.fault_vector.values().iter().zip(truth.values()) {
+            assert!((k - truth).abs() < within, "{r:?}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn missing_samples_cost_certainty_and_too_few_leave_nothing_to_say() {
+    let model = model();
+    let mask = &model.bundle().masks[0];
+    let whole = upload(mask, model.summary().k_nom, &FaultVector(vec![0.1, 0.0, 0.0, 0.5, 0.5]), Some(0.1));
+    let without = |missing: usize| {
+        let mut upload = whole.clone();
+        upload.samples[..missing].fill(None);
+        upload
+    };
+    let spread = |diagnosis: Diagnosis| diagnosis.sigma.iter().sum::<f64>();
+    assert!(spread(diagnosis(&model, &without(2))) > spread(diagnosis(&model, &whole)));
+    let needed = model.summary().min_samples;
+    let few = model.estimate(&without(mask.len() - needed + 1), mask).unwrap();
+    assert_eq!(few.outcome, Outcome::Undiagnosable { valid_samples: needed - 1, needed });
+    assert!(matches!(model.estimate(&without(mask.len()), mask).unwrap().outcome, Outcome::Undiagnosable { .. }));
+}
+
+#[test]
+fn a_life_without_a_closed_block_says_what_is_missing() {
+    let model = model();
+    assert_eq!(outlook(&model, &[], &[]).prognosis, None);
+    for count in [1, 2, 3, 4] {
+        let prognosis = outlook(&model, &estimates(&model, count), &[]).prognosis.unwrap();
+        let missing = prognosis.forecast.unwrap_err().missing;
+        assert!(missing.contains(&count.to_string()), "{missing}");
+    }
+    let prognosis = outlook(&model, &estimates(&model, 6), &[]).prognosis.unwrap();
+    assert!(prognosis.forecast.is_ok());
+}
+
+#[test]
+fn implausible_estimates_teach_nothing() {
+    let model = model();
+    let mut estimates = estimates(&model, 40);
+    let expected = outlook(&model, &estimates, &[]);
+    let mut stranger = estimates[20].clone();
+    stranger.upload_id = "stranger".parse().unwrap();
+    if let Outcome::Diagnosed(diagnosis) = &mut stranger.outcome {
+        diagnosis.plausible = false;
+        diagnosis.fault_vector = FaultVector(vec![0.9; 5]);
+    }
+    estimates.insert(21, stranger);
+    assert_eq!(outlook(&model, &estimates, &[]), expected);
+}
+
+#[test]
+fn known_states_are_kept_and_those_behind_a_late_upload_replaced() {
+    let model = model();
+    let all = estimates(&model, 60);
+    let whole = outlook(&model, &all, &[]);
+    let kept = outlook(&model, &all, &whole.states);
+    assert_eq!((kept.states_from, kept.states.len()), (None, 0));
+    assert_eq!(kept.prognosis, whole.prognosis);
+
+    let mut before = all.clone();
+    before.remove(33);
+    let known = outlook(&model, &before, &[]).states;
+    let late = outlook(&model, &all, &known);
+    let from = late.states_from.unwrap();
+    assert_eq!(from, (all[33].flight_hours / 20.0) as u64);
+    let stored: Vec<State> = known.into_iter().filter(|state| state.block < from).chain(late.states).collect();
+    assert_eq!(stored, whole.states);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    /// However the estimates of a life arrive, and in however many batches, states and prognosis are the same.
+    #[test]
+    fn the_order_of_arrival_does_not_matter(
+        order in Just((0..30_usize).collect::<Vec<_>>()).prop_shuffle(),
+        batch in 1..12_usize,
+    ) {
+        let model = model();
+        let all = estimates(&model, 30);
+        let whole = outlook(&model, &all, &[]);
+        let (mut arrived, mut stored): (Vec<Estimate>, Vec<State>) = (Vec::new(), Vec::new());
+        let mut last = None;
+        for indices in order.chunks(batch) {
+            arrived.extend(indices.iter().map(|&i| all[i].clone()));
+            arrived.sort_by(Estimate::life_order);
+            let outlook = outlook(&model, &arrived, &stored);
+            if let Some(from) = outlook.states_from {
+                stored.retain(|state| state.block < from);
+                stored.extend(outlook.states);
+            }
+            last = outlook.prognosis;
+        }
+        prop_assert_eq!(stored, whole.states);
+        prop_assert_eq!(last, whole.prognosis);
+    }
+}

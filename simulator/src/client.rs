@@ -1,0 +1,123 @@
+//! The REST client of a simulated aircraft: fetches the mask, uploads, and tries again when told to.
+
+use std::time::Duration;
+
+use domain::{ContentHash, Coordinate, Mask, TailNumber};
+use proto::json::{MaskBody, ModelItem, Page, Problem, TailBody, UploadBody};
+use reqwest::{Response, StatusCode, Url};
+use serde::de::DeserializeOwned;
+
+use crate::FleetError;
+
+/// How often an upload is tried before the service counts as not reachable.
+const ATTEMPTS: u32 = 12;
+const FIRST_PAUSE: Duration = Duration::from_millis(100);
+const LONGEST_PAUSE: Duration = Duration::from_secs(10);
+
+/// Talks to one service.
+#[derive(Debug, Clone)]
+pub struct Client {
+    http: reqwest::Client,
+    base: Url,
+}
+
+/// What became of an upload that the service answered with success.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sent {
+    /// New to the service.
+    Accepted,
+    /// The service had it already.
+    Duplicate,
+}
+
+impl Client {
+    /// A client of the service at `url`, such as `http://127.0.0.1:8080`.
+    pub fn new(url: &str) -> Result<Self, FleetError> {
+        let refuse = |reason: String| FleetError::BadUrl { url: url.to_owned(), reason };
+        let mut base: Url = url.parse().map_err(|error| refuse(format!("{error}")))?;
+        if !base.path().ends_with('/') {
+            base.set_path(&format!("{}/", base.path()));
+        }
+        let http = reqwest::Client::builder()
+            .timeout(Duration::from_secs(30))
+            .build()
+            .map_err(|error| refuse(error.to_string()))?;
+        Ok(Self { http, base })
+    }
+
+    /// The first mask of the active bundle, as bins of a map of `map_length`.
+    pub async fn mask(&self, map_length: usize) -> Result<Mask, FleetError> {
+        let models: Page<ModelItem> = self.get("v1/models").await?.ok_or(FleetError::NoModel)?;
+        let active = models.items.into_iter().find(|model| model.active).ok_or(FleetError::NoModel)?;
+        let body: MaskBody = self.get(&format!("v1/models/{}/mask", active.hash)).await?.ok_or(FleetError::NoModel)?;
+        let coordinate = Coordinate::ElectricalAngleRad;
+        if body.coordinate != coordinate.as_str() {
+            return Err(FleetError::UnknownCoordinate(body.coordinate));
+        }
+        let width = std::f64::consts::TAU / map_length as f64;
+        let bins = body.points.iter().map(|point| (point / width) as usize).collect();
+        let mask = Mask::new(coordinate, map_length, bins).map_err(FleetError::BadMask)?;
+        let promised: Option<ContentHash> = body.mask_id.parse().ok();
+        if promised != Some(mask.id()) {
+            return Err(FleetError::ForeignMask { mask_id: body.mask_id, map_length });
+        }
+        Ok(mask)
+    }
+
+    /// What the service knows of a tail; `None` when it has never heard of it.
+    pub async fn tail(&self, tail: &TailNumber) -> Result<Option<TailBody>, FleetError> {
+        self.get(&format!("v1/tails/{tail}")).await
+    }
+
+    /// Uploads, and tries again as long as the service is overloaded or away.
+    pub async fn upload(&self, tail: &TailNumber, body: &UploadBody) -> Result<Sent, FleetError> {
+        let url = self.url(&format!("v1/tails/{tail}/uploads"))?;
+        let mut pause = FIRST_PAUSE;
+        for _ in 0..ATTEMPTS {
+            match self.http.post(url.clone()).json(body).send().await {
+                Ok(answer) if answer.status() == StatusCode::ACCEPTED => return Ok(Sent::Accepted),
+                Ok(answer) if answer.status() == StatusCode::OK => return Ok(Sent::Duplicate),
+                Ok(answer) if answer.status().is_client_error() && answer.status() != StatusCode::TOO_MANY_REQUESTS => {
+                    return Err(refusal(&body.upload_id, answer).await);
+                }
+                Ok(_) | Err(_) => {}
+            }
+            tokio::time::sleep(pause).await;
+            pause = (2 * pause).min(LONGEST_PAUSE);
+        }
+        Err(FleetError::NotReachable { url: self.base.to_string() })
+    }
+
+    async fn get<T: DeserializeOwned>(&self, path: &str) -> Result<Option<T>, FleetError> {
+        let unreachable = |_| FleetError::NotReachable { url: self.base.to_string() };
+        let answer = self.http.get(self.url(path)?).send().await.map_err(unreachable)?;
+        match answer.status() {
+            StatusCode::NOT_FOUND => Ok(None),
+            StatusCode::OK => answer.json().await.map(Some).map_err(|error| FleetError::BadAnswer(error.to_string())),
+            status => Err(FleetError::BadAnswer(format!("GET {path}: {status}"))),
+        }
+    }
+
+    fn url(&self, path: &str) -> Result<Url, FleetError> {
+        let refuse = |error| FleetError::BadUrl { url: path.to_owned(), reason: format!("{error}") };
+        self.base.join(path).map_err(refuse)
+    }
+}
+
+async fn refusal(upload_id: &str, answer: Response) -> FleetError {
+    let status = answer.status();
+    let reason = match answer.json::<Problem>().await {
+        Ok(problem) => words(&problem),
+        Err(_) => status.to_string(),
+    };
+    FleetError::Refused { upload_id: upload_id.to_owned(), reason }
+}
+
+/// A problem in one line, the offending fields included.
+fn words(problem: &Problem) -> String {
+    let fields = problem.errors.iter().map(|field| match &field.pointer {
+        Some(pointer) => format!("{pointer}: {}", field.detail),
+        None => field.detail.clone(),
+    });
+    [problem.title.clone(), problem.detail.clone()].into_iter().chain(fields).collect::<Vec<_>>().join("; ")
+}

@@ -1,0 +1,32 @@
+//! The hidden truth, for those who want to judge the service by it.
+
+use std::io::{self, Write};
+
+use domain::{Position, SerialNumber, TailNumber};
+
+/// What is hidden about one unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truth<'a> {
+    /// Where it is installed.
+    pub tail: &'a TailNumber,
+    /// On which position.
+    pub position: &'a Position,
+    /// Its part number.
+    pub part_number: &'a str,
+    /// Its serial number.
+    pub serial_number: &'a SerialNumber,
+    /// Its hours since new, now.
+    pub flight_hours: f64,
+    /// Its hours since new at failure.
+    pub failure_fh: f64,
+}
+
+/// Writes one row per unit: `tail,position,part_number,serial_number,flight_hours,t_failure_fh`.
+pub fn write_truth<'a>(units: impl Iterator<Item = Truth<'a>>, out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "tail,position,part_number,serial_number,flight_hours,t_failure_fh")?;
+    for unit in units {
+        let Truth { tail, position, part_number, serial_number, flight_hours, failure_fh } = unit;
+        writeln!(out, "{tail},{position},{part_number},{serial_number},{flight_hours},{failure_fh}")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,41 @@
+//! Exit codes and single lines of error.
+
+fn refused(arguments: &[&str], code: i32, words: &str) {
+    let output = tests::run(arguments);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
+    assert!(stderr.contains(words), "{arguments:?}: {stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
+}
+
+#[test]
+fn bad_input_exits_with_2_and_says_what_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let motor = folder.path().join("motor.json");
+    std::fs::write(&motor, r#"{"Vs": -48.0}"#).unwrap();
+    let out = folder.path().join("bundle.json");
+    refused(&["train", "--out", out.to_str().unwrap(), "--motor", motor.to_str().unwrap()], 2, "motor.json");
+    assert!(!out.exists(), "nothing half-written");
+    refused(&["train", "--out", "x", "--samples", "1"], 2, "--samples");
+    refused(&["demo", "--hours", "-1", "--exit"], 2, "--hours");
+    refused(&["demo", "--colour"], 2, "--colour");
+    refused(&["simulate", "fleet", "--url", "nowhere"], 2, "nowhere");
+    refused(&["simulate", "history", "--runs", "0", "--seed", "1", "--out", "x"], 2, "--runs");
+    let text = folder.path().join("text.sqlite");
+    std::fs::write(&text, "this is no database, whatever its name says, and long enough to be sure of it").unwrap();
+    refused(&["serve", "--database-url", &format!("sqlite:{}", text.display()), "--port", "0"], 2, "text.sqlite");
+}
+
+#[test]
+fn an_absent_service_exits_with_3() {
+    refused(&["simulate", "fleet", "--url", "http://127.0.0.1:9"], 3, "http://127.0.0.1:9");
+}
+
+#[test]
+fn every_command_has_an_example() {
+    for command in [&["demo"][..], &["serve"], &["train"], &["simulate", "fleet"], &["simulate", "history"]] {
+        let output = tests::run(&[command, &["--help"]].concat());
+        let help = String::from_utf8(output.stdout).unwrap();
+        assert!(output.status.success() && help.contains("Example:"), "{command:?}: {help}");
+    }
+}
