@@ -164,7 +164,7 @@ fn known_states_are_kept_and_those_behind_a_late_upload_replaced() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// However the estimates of a life arrive, and in however many batches, states and prognosis are the same.
     #[test]

@@ -163,8 +163,7 @@ fn a_thinned_benchmark_is_no_worse_than_the_reference() {
 
 /// The whole benchmark: every 200 h with 1,000 draws.
 #[test]
-#[ignore = "a minute of computation"]
-fn the_full_benchmark_is_no_worse_than_the_reference() {
+fn slow_the_full_benchmark_is_no_worse_than_the_reference() {
     if let Some(scores) = run(&Density { every_fh: 200.0, draws: 1000 }) {
         assert_no_worse(&scores);
     }

@@ -27,17 +27,30 @@ impl Masks {
 
 /// Stores an upload of the operator that acts; returns `Accepted` or `Duplicate` once it is durable.
 pub async fn ingest(shared: &Shared, upload: Upload) -> Result<Ingested, Refusal> {
-    let operator = OperatorId::default();
+    let checked = check(shared, upload).await?;
+    keep(shared, checked).await
+}
+
+/// An upload that may be stored.
+pub struct Checked(Upload);
+
+/// Checks an upload against its mask, and against what is known where uploads do not enrol.
+pub async fn check(shared: &Shared, upload: Upload) -> Result<Checked, Refusal> {
     let Some(published) = shared.masks.get(&shared.state, &upload.mask_id).await? else {
         let detail = format!("mask {} was never published: GET /v1/models names the masks", upload.mask_id);
         return Err(Invalid::one("#/mask_id", detail).into());
     };
     upload.check(&published.mask, published.k_nom)?;
     if !shared.state.enrol {
-        must_be_known(&shared.state, &operator, &upload).await?;
+        must_be_known(&shared.state, &OperatorId::default(), &upload).await?;
     }
+    Ok(Checked(upload))
+}
+
+/// Stores a checked upload. It takes its place in the queue when this is first polled.
+pub async fn keep(shared: &Shared, Checked(upload): Checked) -> Result<Ingested, Refusal> {
     let upload_id = upload.upload_id.clone();
-    match shared.state.store.accept(&operator, upload, (shared.state.clock)()).await? {
+    match shared.state.store.accept(&OperatorId::default(), upload, (shared.state.clock)()).await? {
         Receipt::Accepted => Ok(Ingested::Accepted),
         Receipt::Duplicate => Ok(Ingested::Duplicate),
         Receipt::Conflict => Err(Refusal::Conflict(upload_id)),

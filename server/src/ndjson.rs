@@ -9,7 +9,12 @@ use domain::{TailNumber, UploadId};
 use futures_util::{StreamExt, stream};
 use proto::json::{self, Ingested, LineResult, UploadBody};
 
-use crate::{app::Shared, ingest::ingest, refusal::Refusal, rest::MAX_UPLOAD_BYTES};
+use crate::{
+    app::Shared,
+    ingest::{Checked, check, keep},
+    refusal::Refusal,
+    rest::MAX_UPLOAD_BYTES,
+};
 
 /// Largest body.
 const MAX_BODY_BYTES: usize = 16 << 20;
@@ -19,12 +24,20 @@ const IN_FLIGHT: usize = 64;
 const SILENCE: Duration = Duration::from_secs(30);
 
 /// The results of every line of `body`, one JSON object per line.
+///
+/// Lines are checked one after the other and queued in their order, so that of two lines with the
+/// same upload_id the first one counts; only the wait for the disk is shared.
 pub fn results(shared: Shared, tail: TailNumber, body: Body) -> Body {
     let reader = Lines::new(body);
     let lines = stream::unfold(reader, |mut reader| async move { Some((reader.next().await?, reader)) });
-    let results = lines.map(move |line| {
-        let (shared, tail) = (shared.clone(), tail.clone());
-        async move { Ok::<_, Infallible>(encode(&judge(&shared, tail, line).await)) }
+    let checker = shared.clone();
+    let checked = lines.then(move |line| {
+        let (shared, tail) = (checker.clone(), tail.clone());
+        async move { judge(&shared, tail, line).await }
+    });
+    let results = checked.map(move |judged| {
+        let shared = shared.clone();
+        async move { Ok::<_, Infallible>(encode(&judged.keep(&shared).await)) }
     });
     Body::from_stream(results.buffered(IN_FLIGHT))
 }
@@ -35,36 +48,46 @@ fn encode(result: &LineResult) -> Bytes {
     line.into()
 }
 
-async fn judge(shared: &Shared, tail: TailNumber, line: Line) -> LineResult {
-    let (upload_id, outcome) = match line.text {
-        Err(refusal) => (None, Err(refusal)),
-        Ok(text) => accept(shared, tail, &text).await,
-    };
-    let (status, error) = match outcome {
-        Ok(status) => (status, None),
-        Err(refusal) => {
-            let status = match refusal {
-                Refusal::Conflict(_) => Ingested::Conflict,
-                Refusal::Unavailable(_) | Refusal::Internal => Ingested::Unavailable,
-                _ => Ingested::Invalid,
-            };
-            (status, Some(refusal.problem()))
-        }
-    };
-    LineResult { line: line.number, upload_id, status, error }
+/// A line that may be stored, or why it may not.
+struct Judged {
+    number: u64,
+    upload_id: Option<String>,
+    outcome: Result<Checked, Refusal>,
 }
 
-async fn accept(shared: &Shared, tail: TailNumber, text: &[u8]) -> (Option<String>, Result<Ingested, Refusal>) {
-    let body: UploadBody = match json::parse(text) {
+async fn judge(shared: &Shared, tail: TailNumber, line: Line) -> Judged {
+    let refused = |refusal| Judged { number: line.number, upload_id: None, outcome: Err(refusal) };
+    let body: UploadBody = match line.text.and_then(|text| Ok(json::parse(&text)?)) {
         Ok(body) => body,
-        Err(error) => return (None, Err(error.into())),
+        Err(refusal) => return refused(refusal),
     };
     let upload_id = body.upload_id.parse::<UploadId>().ok().map(String::from);
     let outcome = match body.into_upload(tail) {
-        Ok(upload) => ingest(shared, upload).await,
+        Ok(upload) => check(shared, upload).await,
         Err(invalid) => Err(invalid.into()),
     };
-    (upload_id, outcome)
+    Judged { number: line.number, upload_id, outcome }
+}
+
+impl Judged {
+    async fn keep(self, shared: &Shared) -> LineResult {
+        let outcome = match self.outcome {
+            Ok(checked) => keep(shared, checked).await,
+            Err(refusal) => Err(refusal),
+        };
+        let (status, error) = match outcome {
+            Ok(status) => (status, None),
+            Err(refusal) => {
+                let status = match refusal {
+                    Refusal::Conflict(_) => Ingested::Conflict,
+                    Refusal::Unavailable(_) | Refusal::Internal => Ingested::Unavailable,
+                    _ => Ingested::Invalid,
+                };
+                (status, Some(refusal.problem()))
+            }
+        };
+        LineResult { line: self.number, upload_id: self.upload_id, status, error }
+    }
 }
 
 /// One line, or why it could not be read.
