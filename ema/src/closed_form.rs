@@ -24,12 +24,6 @@ pub fn map(faults: &ElectricalFaults, load_ratios: &[f64; BINS]) -> Vec<f64> {
     load_ratios.iter().enumerate().map(|(bin, &load_ratio)| back_emf(faults, bin, load_ratio)).collect()
 }
 
-/// y' = (y + r)/(1 + r): the map value freed from the load, so that shorts act on it alike under any
-/// load. Meaningless at r = -1, where the motor brakes with exactly its back-EMF.
-pub fn load_invariant(back_emf: f64, load_ratio: f64) -> f64 {
-    (back_emf + load_ratio) / (1.0 + load_ratio)
-}
-
 #[cfg(test)]
 mod tests {
     use domain::FaultVector;
@@ -66,7 +60,7 @@ mod tests {
     fn shorts_act_on_the_load_invariant_map_alike_under_any_load() {
         let faults = ElectricalFaults::new([0.3, 0.1, 0.0], 0.0, 0.0).unwrap();
         for bin in 0..BINS {
-            let of = |r| load_invariant(back_emf(&faults, bin, r), r);
+            let of = |r| (back_emf(&faults, bin, r) + r) / (1.0 + r);
             assert!((of(0.3) - of(-0.2)).abs() < 1e-14);
         }
     }

@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use clap::Args;
 use domain::Timestamp;
 use proto::json::{Page, RulBody, TailItem};
@@ -23,6 +23,8 @@ use crate::{
 
 /// When the demo's future begins.
 const START: &str = "2026-01-01T00:00:00Z";
+/// Before the oldest unit of any fleet was new.
+const DAWN: &str = "2024-01-01T00:00:00Z";
 /// The port that is tried first when none is asked for.
 const PORT: u16 = 8080;
 /// Flight hours per step of the fleet's past, which it flies as fast as it can.
@@ -88,7 +90,7 @@ fn hours(arguments: &Arguments) -> Result<Option<f64>, Failure> {
 
 async fn demo(arguments: &Arguments, hours: Option<f64>, database_url: String) -> Result<()> {
     let start: Timestamp = START.parse()?;
-    let clock = SimulatedClock::new(Timestamp::from_micros(0));
+    let clock = SimulatedClock::new(DAWN.parse()?);
     let settings = |port| Settings {
         database_url: database_url.clone(),
         port,
@@ -119,7 +121,7 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database_url: String) -
     let onlooker = tokio::spawn(screen.clone().look_on());
     let outcome = tokio::select! {
         landed = finished(flight, &service, arguments.exit) => landed,
-        () = interrupted() => Ok(()),
+        () = interrupted() => if arguments.exit { Err(anyhow!("interrupted")) } else { Ok(()) },
     };
     onlooker.abort();
     if outcome.is_ok() && arguments.exit {
