@@ -78,7 +78,7 @@ async fn uploads_become_estimates_states_and_a_prognosis() {
     let diagnosis = record.estimate.unwrap().usable().unwrap().clone();
     assert!(diagnosis.fault_vector.values()[0] < 0.02, "{diagnosis:?}");
     let component = upload(&model, mask, 0).component(&operator);
-    let states = store.states(&component, 0.0, 1e6, None, 100).await.unwrap();
+    let states = store.states(&component, None, None, None, 100).await.unwrap();
     assert_eq!(states.iter().map(|state| state.block).collect::<Vec<_>>(), [0, 1, 2]);
     let installed = store.installed(&operator, &"EC-MXA".parse().unwrap()).await.unwrap();
     let prognosis = installed[0].prognosis.clone().unwrap();
