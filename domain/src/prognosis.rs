@@ -91,7 +91,7 @@ pub struct Forecast {
 }
 
 /// How to read a prognosis now.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// The assessment says faulty already, more likely than not.
@@ -104,19 +104,6 @@ pub enum Status {
     BeyondHorizon,
     /// A forecast to act on.
     Ok,
-}
-
-impl Status {
-    /// The name on the wire.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Failed => "failed",
-            Self::InsufficientHistory => "insufficient_history",
-            Self::Stale => "stale",
-            Self::BeyondHorizon => "beyond_horizon",
-            Self::Ok => "ok",
-        }
-    }
 }
 
 impl Prognosis {

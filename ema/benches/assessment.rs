@@ -6,7 +6,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use ema::{
     assessment::assess_faults,
-    lf2::Faults,
+    lf2::{Faults, Parameters},
     wear::{Regime, simulate_life},
 };
 
@@ -14,7 +14,7 @@ fn assessment(criterion: &mut Criterion) {
     let worn = Faults::electrical([0.1, 0.05, 0.0, 0.55, 0.45]);
     for (name, faults) in [("nominal", Faults::NOMINAL), ("worn", worn)] {
         criterion.bench_function(&format!("assessment, {name}"), |bencher| {
-            bencher.iter(|| assess_faults(black_box(&faults)));
+            bencher.iter(|| assess_faults(&Parameters::assessment(), black_box(&faults)));
         });
     }
 }
@@ -26,7 +26,7 @@ fn life(criterion: &mut Criterion) {
     group.bench_function("constant growth", |bencher| {
         bencher.iter(|| {
             index += 1;
-            simulate_life(1, index, Regime::Constant)
+            simulate_life(&Parameters::assessment(), 1, index, Regime::Constant)
         });
     });
     group.finish();

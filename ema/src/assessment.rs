@@ -1,7 +1,7 @@
 //! The assessment function: what an actuator with given faults can still do, and whether that is enough.
 //!
 //! What: no-load speed, stall load, gain and phase margin of LF2 with the parameter set
-//! [`Parameters::assessment`], against [`Requirements`].
+//! [`Parameters::assessment_of`] a motor, against [`Requirements`].
 //! How: one large step in each direction, speed averaged while it is saturated; the load that a slow
 //! rotation cannot carry through the weakest angle; 44 sines of two amplitudes in open position loop,
 //! whose Fourier coefficients (eqs. 5.16-5.25) give the Bode curves. Of directions and amplitudes the
@@ -85,18 +85,17 @@ impl Assessment {
     }
 }
 
-/// Assesses an actuator with five electrical or eight faults, each in [0, 1].
-pub fn assess(faults: &FaultVector) -> Result<Assessment, InvalidFaults> {
-    Ok(assess_faults(&faults.try_into()?))
+/// Assesses an actuator of these parameters with five electrical or eight faults, each in [0, 1].
+pub fn assess(parameters: &Parameters, faults: &FaultVector) -> Result<Assessment, InvalidFaults> {
+    Ok(assess_faults(parameters, &faults.try_into()?))
 }
 
-/// Assesses an actuator with these faults.
-pub fn assess_faults(faults: &Faults) -> Assessment {
-    let parameters = Parameters::assessment();
-    let motor = Motor::new(&parameters, faults);
+/// Assesses an actuator of these parameters with these faults.
+pub fn assess_faults(parameters: &Parameters, faults: &Faults) -> Assessment {
+    let motor = Motor::new(parameters, faults);
     let (gain_margin_db, phase_margin_deg) = stability_margins(&motor);
     Assessment {
-        no_load_speed_rad_s: no_load_speed(&parameters, faults),
+        no_load_speed_rad_s: no_load_speed(parameters, faults),
         stall_load_nm: motor.holding_torque_nm() * parameters.gear,
         gain_margin_db,
         phase_margin_deg,

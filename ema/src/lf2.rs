@@ -14,6 +14,8 @@ use std::f64::consts::TAU;
 
 use domain::FaultVector;
 
+use crate::motor;
+
 /// Faults of an actuator, dimensionless. Nominal is [`Faults::NOMINAL`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Faults {
@@ -117,18 +119,24 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// The set of the assessment function.
-    pub const fn assessment() -> Self {
+    /// The set of the assessment function for the reference actuator.
+    pub fn assessment() -> Self {
+        Self::assessment_of(&motor::Motor::default())
+    }
+
+    /// The set of the assessment function for an actuator with this motor: its electrical and
+    /// mechanical constants, with friction, backlash and control loops of the assessment.
+    pub fn assessment_of(motor: &motor::Motor) -> Self {
         Self {
-            supply_v: 48.0,
-            resistance_ohm: 2.13,
-            back_emf_v_s: 0.0752,
-            torque_max_nm: 1.69,
-            inertia_kg_m2: 2.5e-5,
-            viscous_nm_s: 5e-5,
-            friction_static_nm: 0.05 * 1.69,
-            friction_dynamic_nm: 0.04 * 1.69,
-            gear: 500.0,
+            supply_v: motor.supply_v,
+            resistance_ohm: motor.resistance_ohm,
+            back_emf_v_s: motor.back_emf_v_s_rad,
+            torque_max_nm: motor.torque_max_nm,
+            inertia_kg_m2: motor.inertia_kg_m2,
+            viscous_nm_s: motor.damping_nm_s_rad,
+            friction_static_nm: 0.05 * motor.torque_max_nm,
+            friction_dynamic_nm: 0.04 * motor.torque_max_nm,
+            gear: motor.gear_ratio,
             backlash_rad: 2e-5,
             position_gain: 80.0,
             speed_reference_max_rad_s: 700.0,

@@ -13,7 +13,10 @@
 
 use domain::{FaultModel, FaultVector, Stream};
 
-use crate::{assessment::assess_faults, lf2::Faults};
+use crate::{
+    assessment::assess_faults,
+    lf2::{Faults, Parameters},
+};
 
 /// Length of a step, flight hours.
 pub const STEP_FH: f64 = 2.0;
@@ -215,18 +218,23 @@ const MARGIN_ROUGHNESS: [f64; 4] = [5e-4, 1e-4, 0.2, 5e-3];
 /// state has moved so far since the last answer that a margin could have been used up.
 #[derive(Debug, Clone)]
 pub struct FailureWatch {
+    parameters: Parameters,
     assessed: [f64; FAULTS],
     margins: [f64; 4],
     assessments: usize,
 }
 
-impl Default for FailureWatch {
-    fn default() -> Self {
-        Self { assessed: [0.0; FAULTS], margins: [f64::NEG_INFINITY; 4], assessments: 0 }
-    }
-}
-
 impl FailureWatch {
+    /// Of an actuator with these parameters of the assessment.
+    pub fn new(parameters: &Parameters) -> Self {
+        Self {
+            parameters: parameters.clone(),
+            assessed: [0.0; FAULTS],
+            margins: [f64::NEG_INFINITY; 4],
+            assessments: 0,
+        }
+    }
+
     /// Whether the assessment function calls the actuator faulty at this deviation from nominal.
     pub fn is_faulty(&mut self, deviation: &[f64; FAULTS]) -> bool {
         let moved: f64 = deviation.iter().zip(&self.assessed).map(|(now, then)| (now - then).abs()).sum();
@@ -235,7 +243,7 @@ impl FailureWatch {
             return false;
         }
         self.assessed = *deviation;
-        self.margins = assess_faults(&faults(deviation)).margins();
+        self.margins = assess_faults(&self.parameters, &faults(deviation)).margins();
         self.assessments += 1;
         self.margins.iter().any(|&margin| margin < 0.0)
     }
@@ -276,21 +284,21 @@ pub struct LifeHistory {
 /// design life are drawn again.
 const LIFE_RANGE_FH: std::ops::RangeInclusive<f64> = 2000.0..=6000.0;
 
-/// Simulates the `index`-th life of the fleet of `seed`. Law, surroundings, process noise and
+/// Simulates the `index`-th life of the fleet of `seed`, judged by the assessment with `parameters`. Law, surroundings, process noise and
 /// diagnosis errors come from independent streams.
-pub fn simulate_life(seed: u64, index: u64, regime: Regime) -> LifeHistory {
-    let attempts = (0u64..).map(|attempt| simulate_attempt(seed, index, attempt, regime));
+pub fn simulate_life(parameters: &Parameters, seed: u64, index: u64, regime: Regime) -> LifeHistory {
+    let attempts = (0u64..).map(|attempt| simulate_attempt(parameters, seed, index, attempt, regime));
     let mut lives = attempts.filter(|life| LIFE_RANGE_FH.contains(&life.t_failure_fh));
     lives.next().expect("most lives are within the range")
 }
 
-fn simulate_attempt(seed: u64, index: u64, attempt: u64, regime: Regime) -> LifeHistory {
+fn simulate_attempt(parameters: &Parameters, seed: u64, index: u64, attempt: u64, regime: Regime) -> LifeHistory {
     let stream = |purpose: &str| Stream::new(seed, &["life", &attempt.to_string(), purpose]).substream(index);
     let law = WearLaw::draw(&mut stream("law"), regime);
     let mut environment = Environment::new(stream("environment"));
     let mut wear = Wear::new(law.clone(), stream("process"));
     let mut diagnosis = stream("diagnosis");
-    let mut watch = FailureWatch::default();
+    let mut watch = FailureWatch::new(parameters);
     let model = FaultModel::electrical();
     let mut history = LifeHistory {
         law,

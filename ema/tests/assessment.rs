@@ -47,8 +47,11 @@ fn moments(differences: impl Iterator<Item = f64>) -> (f64, f64) {
 /// Mean and rms of what differs from the prototype: no-load speed and stall load relative, margins in
 /// dB and degrees.
 fn differences(rows: &[Labelled]) -> [(f64, f64); 4] {
-    let pairs: Vec<(Assessment, &Labelled)> =
-        rows.iter().filter(|row| row.min_margin > -0.2).map(|row| (assess(&row.faults).unwrap(), row)).collect();
+    let pairs: Vec<(Assessment, &Labelled)> = rows
+        .iter()
+        .filter(|row| row.min_margin > -0.2)
+        .map(|row| (assess(&Parameters::assessment(), &row.faults).unwrap(), row))
+        .collect();
     [
         moments(pairs.iter().map(|(ours, row)| ours.no_load_speed_rad_s / row.no_load_speed_rad_s - 1.0)),
         moments(pairs.iter().map(|(ours, row)| ours.stall_load_nm / row.stall_load_nm - 1.0)),
@@ -59,18 +62,20 @@ fn differences(rows: &[Labelled]) -> [(f64, f64); 4] {
 
 /// Share of equal verdicts, and the prototype's greatest distance from the boundary among the others.
 fn agreement(rows: &[Labelled]) -> (f64, f64) {
-    let differ = |row: &&Labelled| assess(&row.faults).unwrap().is_healthy() != (row.min_margin >= 0.0);
+    let differ = |row: &&Labelled| {
+        assess(&Parameters::assessment(), &row.faults).unwrap().is_healthy() != (row.min_margin >= 0.0)
+    };
     let others: Vec<f64> = rows.iter().filter(differ).map(|row| row.min_margin.abs()).collect();
     (1.0 - others.len() as f64 / rows.len() as f64, others.into_iter().fold(0.0, f64::max))
 }
 
 fn shorted(k: [f64; 3]) -> Assessment {
-    assess_faults(&Faults { shorts: k, ..Faults::NOMINAL })
+    assess_faults(&Parameters::assessment(), &Faults { shorts: k, ..Faults::NOMINAL })
 }
 
 #[test]
 fn a_nominal_actuator_has_the_figures_of_the_prototype() {
-    let nominal = assess_faults(&Faults::NOMINAL);
+    let nominal = assess_faults(&Parameters::assessment(), &Faults::NOMINAL);
     assert!((nominal.no_load_speed_rad_s - 1.203).abs() < 5e-4, "{nominal:?}");
     assert!((nominal.stall_load_nm - 812.0).abs() < 1.0, "{nominal:?}");
     assert!((nominal.gain_margin_db.unwrap() - 21.3).abs() < 1.5, "{nominal:?}");
@@ -83,7 +88,7 @@ fn a_nominal_actuator_has_the_figures_of_the_prototype() {
 fn no_load_speed_and_stall_load_are_torque_balances() {
     let p = Parameters::assessment();
     for friction in [0.0, 0.1, 0.3] {
-        let ours = assess_faults(&Faults { friction, ..Faults::NOMINAL });
+        let ours = assess_faults(&Parameters::assessment(), &Faults { friction, ..Faults::NOMINAL });
         let friction_nm = p.friction_dynamic_nm * (1.0 + 4.0 * friction);
         let k = p.back_emf_v_s;
         let speed = (k * p.supply_v / p.resistance_ohm - friction_nm) / (p.viscous_nm_s + k * k / p.resistance_ohm);
@@ -119,9 +124,9 @@ fn close_faults_have_close_figures() {
     let mut stream = Stream::new(1, &["smoothness"]);
     for _ in 0..40 {
         let mut k = [0, 1, 2, 3, 4].map(|i| if i < 3 { 0.1 * stream.uniform() } else { 0.4 + 0.2 * stream.uniform() });
-        let here = assess_faults(&Faults::electrical(k)).margins();
+        let here = assess_faults(&Parameters::assessment(), &Faults::electrical(k)).margins();
         k.iter_mut().for_each(|k| *k += 2e-4 * (stream.uniform() - 0.5));
-        let there = assess_faults(&Faults::electrical(k)).margins();
+        let there = assess_faults(&Parameters::assessment(), &Faults::electrical(k)).margins();
         let change = |figure: usize| (here[figure] - there[figure]).abs();
         assert!(change(0) < 5e-4 && change(1) < 5e-4 && change(3) < 4e-3, "{k:?}: {here:?} {there:?}");
     }
@@ -129,11 +134,11 @@ fn close_faults_have_close_figures() {
 
 #[test]
 fn eight_faults_act_where_they_should() {
-    let nominal = assess_faults(&Faults::NOMINAL);
-    let backlash = assess_faults(&Faults { backlash: 0.1, ..Faults::NOMINAL });
+    let nominal = assess_faults(&Parameters::assessment(), &Faults::NOMINAL);
+    let backlash = assess_faults(&Parameters::assessment(), &Faults { backlash: 0.1, ..Faults::NOMINAL });
     assert_eq!(backlash.stall_load_nm, nominal.stall_load_nm);
     assert!(backlash.gain_margin_db < nominal.gain_margin_db && backlash.phase_margin_deg < nominal.phase_margin_deg);
-    let gain = assess_faults(&Faults { gain: 0.8, ..Faults::NOMINAL });
+    let gain = assess_faults(&Parameters::assessment(), &Faults { gain: 0.8, ..Faults::NOMINAL });
     assert_eq!(gain.stall_load_nm, nominal.stall_load_nm);
     // A gain of 1.3 costs 2.3 dB of margin; saturation gives a little back.
     let cost_db = nominal.gain_margin_db.unwrap() - gain.gain_margin_db.unwrap();
@@ -142,16 +147,22 @@ fn eight_faults_act_where_they_should() {
 
 #[test]
 fn what_is_no_fault_vector_is_refused() {
-    assert_eq!(assess(&FaultVector(vec![0.0; 4])), Err(InvalidFaults::Length { entries: 4 }));
+    assert_eq!(
+        assess(&Parameters::assessment(), &FaultVector(vec![0.0; 4])),
+        Err(InvalidFaults::Length { entries: 4 })
+    );
     let outside = FaultVector(vec![0.0, 0.0, 1.5, 0.5, 0.5]);
-    assert_eq!(assess(&outside), Err(InvalidFaults::Range { index: 2, value: 1.5 }));
-    assert!(assess(&FaultVector(vec![0.0, f64::NAN, 0.0, 0.5, 0.5])).is_err());
-    assert!(assess(&FaultVector(vec![1.0, 1.0, 1.0, 1.0, 1.0])).is_ok_and(|worst| !worst.is_healthy()));
+    assert_eq!(assess(&Parameters::assessment(), &outside), Err(InvalidFaults::Range { index: 2, value: 1.5 }));
+    assert!(assess(&Parameters::assessment(), &FaultVector(vec![0.0, f64::NAN, 0.0, 0.5, 0.5])).is_err());
+    assert!(
+        assess(&Parameters::assessment(), &FaultVector(vec![1.0, 1.0, 1.0, 1.0, 1.0]))
+            .is_ok_and(|worst| !worst.is_healthy())
+    );
 }
 
 #[test]
 fn no_crossing_meets_any_requirement() {
-    let nominal = assess_faults(&Faults::NOMINAL);
+    let nominal = assess_faults(&Parameters::assessment(), &Faults::NOMINAL);
     let open = Assessment { gain_margin_db: None, phase_margin_deg: None, ..nominal };
     let strict = Requirements { gain_margin_db: 1e6, phase_margin_deg: 1e6, ..Requirements::default() };
     assert!(open.margins_to(&strict).into_iter().all(|margin| margin > 0.0));

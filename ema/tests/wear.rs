@@ -3,6 +3,7 @@
 use domain::Stream;
 use ema::{
     assessment::assess,
+    lf2::Parameters,
     wear::{DIAGNOSIS_SD, Environment, FAULTS, FailureWatch, Regime, STEP_FH, Wear, WearLaw, simulate_life},
 };
 use rayon::prelude::*;
@@ -25,8 +26,9 @@ fn the_first_faulty_verdict_is_the_failure() {
     let wrong: Vec<u64> = (0..6u64)
         .into_par_iter()
         .filter(|&index| {
-            let life = simulate_life(5, index, REGIMES[index as usize % 2]);
-            let first = life.states.iter().position(|state| !assess(state).unwrap().is_healthy());
+            let life = simulate_life(&Parameters::assessment(), 5, index, REGIMES[index as usize % 2]);
+            let first =
+                life.states.iter().position(|state| !assess(&Parameters::assessment(), state).unwrap().is_healthy());
             first != Some(life.states.len() - 1)
         })
         .collect();
@@ -35,7 +37,7 @@ fn the_first_faulty_verdict_is_the_failure() {
 
 #[test]
 fn a_life_is_observed_up_to_its_failure() {
-    let life = simulate_life(1, 7, Regime::Varying);
+    let life = simulate_life(&Parameters::assessment(), 1, 7, Regime::Varying);
     let n = life.t_fh.len();
     assert_eq!(life.t_failure_fh, life.t_fh[n - 1]);
     assert_eq!(life.t_failure_fh, (n - 1) as f64 * STEP_FH);
@@ -43,8 +45,8 @@ fn a_life_is_observed_up_to_its_failure() {
         [life.load.len(), life.temperature.len(), life.states.len(), life.observations.len()].iter().all(|&m| m == n)
     );
     assert!(life.observations.iter().all(|k| k.values().iter().all(|k| (0.0..=1.0).contains(k))));
-    assert_eq!(life, simulate_life(1, 7, Regime::Varying));
-    assert_ne!(life.law, simulate_life(1, 8, Regime::Varying).law);
+    assert_eq!(life, simulate_life(&Parameters::assessment(), 1, 7, Regime::Varying));
+    assert_ne!(life.law, simulate_life(&Parameters::assessment(), 1, 8, Regime::Varying).law);
 }
 
 /// The fleet that the benchmark was drawn from: quartiles of 200 of its lives are 2738, 3046, 3466 h
@@ -52,8 +54,10 @@ fn a_life_is_observed_up_to_its_failure() {
 #[test]
 fn lives_are_as_long_as_the_fleets() {
     for regime in REGIMES {
-        let mut lives: Vec<f64> =
-            (0..100u64).into_par_iter().map(|index| simulate_life(11, index, regime).t_failure_fh).collect();
+        let mut lives: Vec<f64> = (0..100u64)
+            .into_par_iter()
+            .map(|index| simulate_life(&Parameters::assessment(), 11, index, regime).t_failure_fh)
+            .collect();
         lives.sort_unstable_by(f64::total_cmp);
         println!("{regime:?}: {:?}", [0, 25, 50, 75, 99].map(|i| lives[i]));
         assert!(lives[0] >= 2000.0 && lives[99] <= 6000.0);
@@ -164,7 +168,7 @@ fn surroundings_have_their_moments() {
 
 #[test]
 fn diagnoses_err_as_stated() {
-    let life = simulate_life(2, 3, Regime::Constant);
+    let life = simulate_life(&Parameters::assessment(), 2, 3, Regime::Constant);
     for (fault, sd) in DIAGNOSIS_SD.into_iter().enumerate().skip(3) {
         let pairs = life.states.iter().zip(&life.observations);
         let errors: Vec<f64> = pairs.map(|(state, seen)| seen.values()[fault] - state.values()[fault]).collect();
@@ -178,8 +182,8 @@ fn diagnoses_err_as_stated() {
 
 #[test]
 fn the_watch_asks_seldom() {
-    let life = simulate_life(1, 0, Regime::Constant);
-    let mut watch = FailureWatch::default();
+    let life = simulate_life(&Parameters::assessment(), 1, 0, Regime::Constant);
+    let mut watch = FailureWatch::new(&Parameters::assessment());
     let deviation = |k: &[f64]| [k[0], k[1], k[2], k[3] - 0.5, k[4] - 0.5];
     let verdicts: Vec<bool> = life.states.iter().map(|state| watch.is_faulty(&deviation(state.values()))).collect();
     assert_eq!(verdicts.iter().position(|&faulty| faulty), Some(life.states.len() - 1));

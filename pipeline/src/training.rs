@@ -15,7 +15,12 @@ use diagnosis::{
     ValidationSettings,
 };
 use domain::{FaultModel, FaultVector, Invalid, Mask, Stream};
-use ema::{motor::Motor, simulation::Model as MotorModel};
+use ema::{
+    assessment::assess_faults,
+    lf2::{Faults, Parameters},
+    motor::Motor,
+    simulation::Model as MotorModel,
+};
 use prognosis::{
     fit::NoHistory,
     surrogate::{
@@ -65,6 +70,14 @@ pub enum TrainError {
     /// A parameter of the motor is out of its range.
     #[error("motor: {0}")]
     Motor(Invalid),
+    /// Without any fault the actuator does not meet the requirements.
+    #[error("motor: without any fault its {figure} is {:.1} % below what the assessment requires", -100.0 * margin)]
+    Unfit {
+        /// The figure that is furthest below its requirement.
+        figure: &'static str,
+        /// Value over requirement, minus one.
+        margin: f64,
+    },
     /// The motor did not pass every bin of the map fast enough.
     #[error("the motor never passed bin {bin} of the map at speed, under faults {faults:?}")]
     Incomplete {
@@ -90,7 +103,9 @@ pub enum TrainError {
 /// Trains a bundle.
 pub fn train(settings: &TrainSettings, progress: &dyn Progress) -> Result<Bundle, TrainError> {
     settings.motor.check().map_err(TrainError::Motor)?;
-    let training = Training { settings, progress, faults: FaultModel::electrical() };
+    let assessment = Parameters::assessment_of(&settings.motor);
+    must_be_fit(&assessment)?;
+    let training = Training { settings, progress, faults: FaultModel::electrical(), assessment };
     let (mask, diagnosers, diagnosis) = training.diagnosers()?;
     let fleet = training.fleet();
     let (surrogate, surrogate_metrics) = training.surrogate(&fleet)?;
@@ -116,11 +131,24 @@ pub fn train(settings: &TrainSettings, progress: &dyn Progress) -> Result<Bundle
     })
 }
 
+/// A motor that fails its assessment when new has no remaining life to predict.
+fn must_be_fit(assessment: &Parameters) -> Result<(), TrainError> {
+    let margins = assess_faults(assessment, &Faults::NOMINAL).margins();
+    let figures = ["no-load speed", "stall load", "gain margin", "phase margin"];
+    let worst = figures.into_iter().zip(margins).min_by(|a, b| a.1.total_cmp(&b.1));
+    match worst {
+        Some((figure, margin)) if margin < 0.0 => Err(TrainError::Unfit { figure, margin }),
+        _ => Ok(()),
+    }
+}
+
 /// A training under way.
 struct Training<'a> {
     settings: &'a TrainSettings,
     progress: &'a dyn Progress,
     faults: FaultModel,
+    /// Parameters of the assessment function.
+    assessment: Parameters,
 }
 
 impl Training<'_> {
@@ -170,7 +198,7 @@ impl Training<'_> {
 
     fn fleet(&self) -> Vec<fleet::PastLife> {
         self.progress.stage("lives of the fleet", self.settings.lives);
-        fleet::simulate(self.settings.seed, self.settings.lives, &|| self.progress.step())
+        fleet::simulate(&self.assessment, self.settings.seed, self.settings.lives, &|| self.progress.step())
     }
 
     /// The surrogate, and how good it is on assessments that it has not seen.
@@ -179,8 +207,8 @@ impl Training<'_> {
         samples.extend(fleet::near_failure(fleet, &self.faults));
         let fresh = self.samples(VALIDATION_ASSESSMENTS, "assessments to judge by");
         self.progress.stage("assessments", samples.len() + fresh.len());
-        let labelled = fleet::assess_all(&samples, &|| self.progress.step());
-        let fresh = fleet::assess_all(&fresh, &|| self.progress.step());
+        let labelled = fleet::assess_all(&self.assessment, &samples, &|| self.progress.step());
+        let fresh = fleet::assess_all(&self.assessment, &fresh, &|| self.progress.step());
         self.progress.stage("training the surrogate", 2);
         let regression =
             self.surrogate_of(&labelled, SurrogateSettings::FigureRegression(RegressionSettings::default()))?;

@@ -76,3 +76,29 @@ fn closed_form(faults: &ElectricalFaults, mask: &Mask, stream: &mut Stream) -> A
     let y = mask.bins().iter().zip(&r).map(|(&bin, &r)| Some(closed_form::back_emf(faults, bin, r))).collect();
     (y, r.into_iter().map(Some).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use domain::Coordinate;
+
+    use super::*;
+
+    #[test]
+    fn both_physics_read_the_same_map_within_noise_and_repeat_themselves() {
+        let bins = (0..30).map(|i| 12 * i + 6).collect();
+        let mask = Mask::new(Coordinate::ElectricalAngleRad, BINS, bins).unwrap();
+        let faults = ElectricalFaults::new([0.15, 0.0, 0.05], 0.1, 1.0).unwrap();
+        let motor = Motor::default();
+        for physics in [Physics::HighFidelity, Physics::ClosedForm] {
+            let measure = || physics.measure(&motor, &faults, &mask, Stream::new(3, &["reading"]));
+            let reading = measure();
+            assert_eq!(reading, measure());
+            let LoadRatio::PerSample(r) = &reading.load_ratio else { panic!("one ratio per sample") };
+            for ((sample, r), &bin) in reading.samples.iter().zip(r).zip(mask.bins()) {
+                let expected = closed_form::back_emf(&faults, bin, r.unwrap());
+                let error = sample.unwrap() / motor.back_emf_v_s_rad - expected;
+                assert!(error.abs() < 5.0 * SAMPLE_NOISE, "{physics:?}, bin {bin}: {error}");
+            }
+        }
+    }
+}

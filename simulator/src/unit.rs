@@ -1,7 +1,10 @@
 //! One simulated actuator: a serial number and the hidden course of its life.
 
 use domain::{FaultVector, SerialNumber};
-use ema::wear::{LifeHistory, Regime, simulate_life};
+use ema::{
+    lf2::Parameters,
+    wear::{LifeHistory, Regime, simulate_life},
+};
 
 /// A unit, with its life as it would go if nobody ever replaced it.
 #[derive(Debug)]
@@ -16,7 +19,7 @@ impl Unit {
     pub fn new(seed: u64, index: u64) -> Self {
         let regime = if index.is_multiple_of(2) { Regime::Constant } else { Regime::Varying };
         let serial_number = format!("S{seed}-{index:04}").parse().expect("short and printable");
-        Self { serial_number, life: simulate_life(seed, index, regime) }
+        Self { serial_number, life: simulate_life(&Parameters::assessment(), seed, index, regime) }
     }
 
     /// Which unit of the fleet of `seed` carries a serial number; `None` for a stranger.

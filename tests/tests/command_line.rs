@@ -16,6 +16,11 @@ fn bad_input_exits_with_2_and_says_what_is_wrong() {
     let out = folder.path().join("bundle.json");
     refused(&["train", "--out", out.to_str().unwrap(), "--motor", motor.to_str().unwrap()], 2, "motor.json");
     assert!(!out.exists(), "nothing half-written");
+    let weak = r#"{"Vs":24.0,"R":2.13,"L":0.00072,"k":0.0752,"Tmax":1.69,"Imax":22.5,"J":2.5e-5,"C":5e-5,"Ts":0.085,
+        "Td":0.06,"gear":500.0,"bh":0.25,"Kpos":25.0,"Gp":0.02,"Gi":0.6,"Gd":2e-6,"tauD":5e-4,"wmax":560.0,
+        "Ierr_tol":150.0,"BLK":1e-4,"endstop":0.6,"P":1.0,"noise":0.0,"Kload":0.0,"Cs":0.0}"#;
+    std::fs::write(&motor, weak).unwrap();
+    refused(&["train", "--out", out.to_str().unwrap(), "--motor", motor.to_str().unwrap()], 2, "no-load speed");
     refused(&["train", "--out", "x", "--samples", "1"], 2, "--samples");
     refused(&["demo", "--hours", "-1", "--exit"], 2, "--hours");
     refused(&["demo", "--colour"], 2, "--colour");

@@ -9,7 +9,10 @@ use std::{
 use anyhow::{Context, Result};
 use clap::{Args, Subcommand, ValueEnum};
 use domain::Timestamp;
-use ema::wear::{LifeHistory, Regime, simulate_life};
+use ema::{
+    lf2::Parameters,
+    wear::{LifeHistory, Regime, simulate_life},
+};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use simulator::{Client, Fleet, FleetError, FleetPlan, Physics};
@@ -129,11 +132,12 @@ fn failure(error: FleetError) -> anyhow::Error {
 }
 
 fn history(arguments: &HistoryArguments) -> Result<()> {
+    let parameters = Parameters::assessment();
     let bar = ProgressBar::new(u64::from(arguments.runs));
     let lives: Vec<LifeHistory> = (0..u64::from(arguments.runs))
         .into_par_iter()
         .map(|run| {
-            let life = simulate_life(arguments.seed, run, regime(run));
+            let life = simulate_life(&parameters, arguments.seed, run, regime(run));
             bar.inc(1);
             life
         })

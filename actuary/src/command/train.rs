@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use ema::motor::Motor;
 use indicatif::{ProgressBar, ProgressStyle};
-use pipeline::{Model, Progress, TrainSettings};
+use pipeline::{Model, Progress, TrainError, TrainSettings};
 
 use crate::exit::Failure;
 
@@ -18,7 +18,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Importance samples of the fault vector.
-    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(100..=100_000))]
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=100_000))]
     samples: u32,
     /// Lives of the simulated fleet that teaches the prior.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(10..=10_000))]
@@ -45,7 +45,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
     let started = Instant::now();
     let bar = Bar::new();
-    let bundle = pipeline::train(&settings, &bar)?;
+    let bundle = pipeline::train(&settings, &bar).map_err(|error| match error {
+        TrainError::Motor(_) | TrainError::Unfit { .. } | TrainError::Incomplete { .. } => {
+            Failure::BadInput(error.to_string()).into()
+        }
+        other => anyhow::Error::from(other),
+    })?;
     bar.0.finish_and_clear();
     let bytes = bundle.to_bytes();
     let model = Model::from_bytes(&bytes)?;

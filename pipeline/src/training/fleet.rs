@@ -3,6 +3,7 @@
 use domain::{FaultModel, FaultVector};
 use ema::{
     assessment::assess,
+    lf2::Parameters,
     wear::{DIAGNOSIS_SD, LifeHistory, Regime, simulate_life},
 };
 use prognosis::{
@@ -24,10 +25,10 @@ const STATES_PER_LIFE: usize = 12;
 const AROUND: f64 = 0.3;
 
 /// Finished lives; constant and varying growth take turns.
-pub fn simulate(seed: u64, lives: usize, done: &(dyn Fn() + Sync)) -> Vec<PastLife> {
+pub fn simulate(parameters: &Parameters, seed: u64, lives: usize, done: &(dyn Fn() + Sync)) -> Vec<PastLife> {
     let life = |index: u64| {
         let regime = if index.is_multiple_of(2) { Regime::Constant } else { Regime::Varying };
-        let life = simulate_life(seed, index, regime);
+        let life = simulate_life(parameters, seed, index, regime);
         done();
         life
     };
@@ -49,9 +50,9 @@ pub fn near_failure(fleet: &[PastLife], model: &FaultModel) -> Vec<FaultVector> 
 }
 
 /// The verdicts of the assessment function.
-pub fn assess_all(faults: &[FaultVector], done: &(dyn Fn() + Sync)) -> Vec<LabelledFaults> {
+pub fn assess_all(parameters: &Parameters, faults: &[FaultVector], done: &(dyn Fn() + Sync)) -> Vec<LabelledFaults> {
     let label = |k: &FaultVector| {
-        let margins = assess(k).expect("importance samples are faults").margins().to_vec();
+        let margins = assess(parameters, k).expect("importance samples are faults").margins().to_vec();
         done();
         LabelledFaults { k: k.0.clone(), margins }
     };
