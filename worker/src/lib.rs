@@ -67,11 +67,10 @@ pub async fn run(store: Store, settings: Settings, shutdown: CancellationToken) 
 
 async fn lane(store: Store, models: Arc<Models>, settings: Settings, shutdown: CancellationToken) {
     while !shutdown.is_cancelled() {
-        // Registered before the lease is asked for, so that news in between is not missed.
-        let news = store.work_available();
         match store.lease(settings.lease).await {
             Ok(Some(lease)) => serve_lease(&store, &models, &settings, lease).await,
-            Ok(None) => wait(news, &settings, &shutdown).await,
+            // It looks into the queue itself once it listens, so nothing that came since the lease was asked for is missed.
+            Ok(None) => wait(store.work_available(), &settings, &shutdown).await,
             Err(error) => {
                 tracing::error!(%error, "cannot lease a component");
                 wait(std::future::pending(), &settings, &shutdown).await;
