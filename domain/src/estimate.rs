@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ContentHash, FaultVector, Timestamp, UploadId};
+use crate::{ContentHash, FaultVector, HingeLoad, Timestamp, UploadId};
 
 /// What one upload says about the health of its actuator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,6 +21,12 @@ pub struct Estimate {
     pub numerics_version: u32,
     /// The diagnosis, or why there is none.
     pub outcome: Outcome,
+    /// The actuator's load, where strain or air data and a hinge row tell it.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub load: Option<HingeLoad>,
+    /// Ambient temperature relative to its reference and scale, dimensionless: the third entry of u.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub temperature: Option<f64>,
 }
 
 /// A diagnosis, or why there is none.

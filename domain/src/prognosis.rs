@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ContentHash, RulDistribution, Timestamp, UploadId};
+use crate::{ContentHash, HingeLoad, RulDistribution, Timestamp, UploadId};
 
 /// The newest observation that a result rests on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -52,6 +52,9 @@ pub struct Prognosis {
     pub as_of: AsOf,
     /// The forecast, or what is missing for one.
     pub forecast: Result<Forecast, InsufficientHistory>,
+    /// The actuator's load in the newest data that tells it.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub load: Option<HingeLoad>,
     /// Mask of the newest upload.
     pub mask_id: ContentHash,
     /// The bundle.

@@ -45,6 +45,8 @@ impl Model {
             model: self.hash,
             numerics_version: NUMERICS_VERSION,
             outcome,
+            load: None,
+            temperature: None,
         })
     }
 }

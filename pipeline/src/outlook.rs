@@ -96,6 +96,7 @@ impl Model {
         let prognosis = Prognosis {
             as_of: as_of(newest),
             forecast,
+            load: usable.iter().rev().find_map(|estimate| estimate.load.clone()),
             mask_id: newest.mask_id,
             model: self.hash,
             prior: self.prior,
@@ -225,8 +226,8 @@ fn observation(estimate: &Estimate) -> Option<Observation> {
         t_fh: estimate.flight_hours,
         fault_vector: diagnosis.fault_vector.clone(),
         sigma: diagnosis.sigma.clone(),
-        load: None,
-        temperature: None,
+        load: estimate.load.as_ref().map(|load| load.ratio),
+        temperature: estimate.temperature,
     })
 }
 

@@ -46,6 +46,8 @@ fn estimates(model: &Model, count: u32) -> Vec<Estimate> {
                 degrees_of_freedom: 21,
                 load_invariant: true,
             }),
+            load: None,
+            temperature: None,
         }
     };
     (0..count).map(&mut estimate).collect()

@@ -172,6 +172,7 @@ fn results(inputs: &LifeInputs, forecast: Result<Forecast, InsufficientHistory>,
     let prognosis = Prognosis {
         as_of,
         forecast,
+        load: None,
         mask_id: newest.mask_id,
         model: inputs.generation.model,
         prior: inputs.generation.prior,
@@ -202,6 +203,8 @@ fn estimate(upload: &Upload, inputs: &LifeInputs) -> Estimate {
         model: inputs.generation.model,
         numerics_version: NUMERICS_VERSION,
         outcome,
+        load: None,
+        temperature: None,
     }
 }
 
