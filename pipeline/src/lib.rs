@@ -6,6 +6,7 @@
 //! functions give the same bits on any x86-64.
 
 mod bundle;
+mod chronology;
 mod estimate;
 mod metrics;
 mod outlook;

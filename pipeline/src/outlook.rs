@@ -6,7 +6,7 @@
 
 use domain::{
     AsOf, ContentHash, Estimate, FaultGroup, FaultModel, FaultTrend, Life, NUMERICS_VERSION, Prognosis,
-    RulDistribution, State, Stream,
+    RulDistribution, SetAside, State, Stream,
     prognosis::{Forecast, InsufficientHistory},
     state::{BLOCK_FH, MIN_OBSERVATIONS},
 };
@@ -17,7 +17,7 @@ use prognosis::{
     posterior::Posterior,
 };
 
-use crate::Model;
+use crate::{Model, chronology::implausible_hours};
 
 /// Draws of an issued prognosis.
 const ISSUED_DRAWS: usize = 1000;
@@ -46,6 +46,8 @@ pub struct Outlook {
     pub states: Vec<State>,
     /// For the newest data; `None` for a life without estimates.
     pub prognosis: Option<Prognosis>,
+    /// The estimates that neither rests on, with the reason for each.
+    pub excluded: Vec<SetAside>,
 }
 
 /// Why a life has no outlook.
@@ -73,9 +75,12 @@ impl Model {
         estimates: &[Estimate],
         known: &[State],
     ) -> Result<Outlook, OutlookError> {
-        let usable: Vec<&Estimate> = estimates.iter().filter(|estimate| estimate.usable().is_some()).collect();
-        let Some(newest) = usable.last().copied().or(estimates.last()) else {
-            return Ok(Outlook { states_from: first_block(known), states: Vec::new(), prognosis: None });
+        let excluded = implausible_hours(estimates);
+        let believed = |estimate: &&Estimate| excluded.iter().all(|other| other.upload_id != estimate.upload_id);
+        let believed: Vec<&Estimate> = estimates.iter().filter(believed).collect();
+        let usable: Vec<&Estimate> = believed.iter().copied().filter(|estimate| estimate.usable().is_some()).collect();
+        let Some(newest) = usable.last().or(believed.last()).copied() else {
+            return Ok(Outlook { states_from: first_block(known), states: Vec::new(), prognosis: None, excluded });
         };
         let observations: Vec<Observation> = usable.iter().filter_map(|estimate| observation(estimate)).collect();
         let closed = blocks(&observations);
@@ -104,7 +109,7 @@ impl Model {
             numerics_version: NUMERICS_VERSION,
             inputs_digest,
         };
-        Ok(Outlook { states_from, states, prognosis: Some(prognosis) })
+        Ok(Outlook { states_from, states, prognosis: Some(prognosis), excluded })
     }
 
     fn forecast(
