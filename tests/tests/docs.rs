@@ -1,0 +1,70 @@
+//! The examples of the pages in `docs` work as they are printed.
+
+use std::{
+    fs,
+    os::unix::fs::symlink,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use tests::Service;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace").to_owned()
+}
+
+/// The blocks of a page that are fenced as `sh` and nothing else, one after the other.
+fn script(page: &str) -> String {
+    let mut script = String::new();
+    let mut inside = false;
+    for line in page.lines() {
+        match line {
+            "```sh" => inside = true,
+            "```" => inside = false,
+            line if inside => script += &format!("{line}\n"),
+            _ => {}
+        }
+    }
+    script
+}
+
+/// A Python that can speak gRPC, as `scripts/test` installs it.
+fn python() -> Option<PathBuf> {
+    let environment = root().join("target/python");
+    let imports = "import grpc, grpc_tools";
+    let works = Command::new(environment.join("bin/python")).args(["-c", imports]).output();
+    works.is_ok_and(|output| output.status.success()).then_some(environment)
+}
+
+fn bash(folder: &Path, script: &str) -> String {
+    let output = Command::new("bash").args(["-euo", "pipefail", "-c", script]).current_dir(folder).output().unwrap();
+    let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{out}\n{err}");
+    out.into_owned()
+}
+
+#[tokio::test]
+async fn the_integrators_page_can_be_pasted_into_a_shell() {
+    let folder = tempfile::tempdir().unwrap();
+    let service = Service::start(&folder.path().join("fleet.sqlite"), 0);
+    let page = fs::read_to_string(root().join("docs/integrators.md")).unwrap();
+    let page = page.replace("127.0.0.1:8080", service.url.trim_start_matches("http://"));
+    let (rest, grpc) = page.split_once("## 5.").expect("REST comes first, gRPC is section 5");
+
+    let said = bash(folder.path(), &script(rest));
+    assert_eq!(said.matches(r#""status":"accepted""#).count(), 5, "two uploads and a backlog of three: {said}");
+    assert!(said.contains(r#""hinge_moment_nm""#), "the load of the upload with strain: {said}");
+    assert!(said.contains("insufficient_history"), "{said}");
+    assert!(said.contains(r##""pointer":"#/flight_hours""##), "the refusal names the field: {said}");
+    assert!(said.contains(r#""voided""#), "{said}");
+
+    let Some(python) = python() else {
+        println!("skipped: no Python with grpcio in target/python (scripts/test installs it)");
+        return;
+    };
+    symlink(python, folder.path().join(".venv")).unwrap();
+    symlink(root().join("proto"), folder.path().join("proto")).unwrap();
+    let said = bash(folder.path(), &script(grpc));
+    assert_eq!(said.matches("UPLOAD_STATUS_ACCEPTED").count(), 10, "{said}");
+    assert!(said.contains("STATUS_INSUFFICIENT_HISTORY") && said.contains("INVALID_ARGUMENT"), "{said}");
+}
