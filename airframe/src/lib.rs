@@ -1,5 +1,6 @@
 //! Physics of the wing: from the flight condition to the loads on its control surfaces.
 
+pub mod fbg;
 pub mod lifting_line;
 pub mod wing;
 
