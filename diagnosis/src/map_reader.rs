@@ -15,6 +15,7 @@ const SMALLEST_LOAD_GAIN: f64 = 0.25;
 #[serde(rename_all = "snake_case")]
 pub enum MapKind {
     /// y' = (y + r)/(1 + r): the upload gives the load ratio.
+    #[serde(alias = "load-invariant")]
     LoadInvariant,
     /// The raw map y: the load is unknown, and trained as a nuisance.
     Raw,

@@ -9,7 +9,7 @@ use prognosis::{prior::FleetPrior, surrogate::Surrogate};
 use reduction::{GappyPod, ReductionError};
 use serde::{Deserialize, Serialize};
 
-use crate::Metrics;
+use crate::{ChainSettings, Metrics};
 
 /// The layout that this code reads and writes.
 const FORMAT: u32 = 1;
@@ -51,6 +51,12 @@ pub struct Provenance {
     pub lives: usize,
     /// Seed of everything random.
     pub seed: u64,
+    /// The links of the diagnosis.
+    #[serde(default)]
+    pub chain: ChainSettings,
+    /// Content of the dataset that the diagnosis learned from; simulated maps without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dataset: Option<ContentHash>,
     /// Version of the code.
     pub code_version: String,
 }

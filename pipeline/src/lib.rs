@@ -6,13 +6,17 @@
 //! functions give the same bits on any x86-64.
 
 mod bundle;
+mod chain;
 mod chronology;
+mod dataset;
 mod estimate;
 mod metrics;
 mod outlook;
 mod training;
 
 pub use bundle::{Bundle, BundleError, Model, Provenance};
+pub use chain::{ChainSettings, Lf1Form, MaskRule};
+pub use dataset::{Dataset, DatasetError, Labels};
 pub use estimate::EstimateError;
 pub use metrics::{DiagnosisMetrics, Metrics, SurrogateMetrics, Validation};
 pub use outlook::{LifeContext, Outlook, OutlookError};

@@ -30,7 +30,7 @@ use prognosis::{
 };
 use reduction::{ImportanceSampling, MaskDesign, ModeCount, PodBasis, ReductionError};
 
-use crate::{Bundle, DiagnosisMetrics, Metrics, Provenance, SurrogateMetrics};
+use crate::{Bundle, ChainSettings, Dataset, DatasetError, DiagnosisMetrics, Metrics, Provenance, SurrogateMetrics};
 
 /// High-fidelity maps that calibrate the error law.
 const CALIBRATION_MAPS: usize = 100;
@@ -54,6 +54,8 @@ pub struct TrainSettings {
     pub lives: usize,
     /// Seed of everything random.
     pub seed: u64,
+    /// The links of the diagnosis.
+    pub chain: ChainSettings,
 }
 
 /// Looks on while a training runs.
@@ -86,6 +88,9 @@ pub enum TrainError {
         /// The faults.
         faults: FaultVector,
     },
+    /// The dataset does not fit the method.
+    #[error("dataset: {0}")]
+    Dataset(#[from] DatasetError),
     /// The maps make no basis or no mask.
     #[error(transparent)]
     Reduction(#[from] ReductionError),
@@ -100,12 +105,19 @@ pub enum TrainError {
     Prior(#[from] NoHistory),
 }
 
-/// Trains a bundle.
-pub fn train(settings: &TrainSettings, progress: &dyn Progress) -> Result<Bundle, TrainError> {
+/// Trains a bundle: the diagnosis from the maps of `dataset`, or from simulated ones without it.
+pub fn train(
+    settings: &TrainSettings,
+    dataset: Option<&Dataset>,
+    progress: &dyn Progress,
+) -> Result<Bundle, TrainError> {
     settings.motor.check().map_err(TrainError::Motor)?;
     let assessment = Parameters::assessment_of(&settings.motor);
     must_be_fit(&assessment)?;
     let training = Training { settings, progress, faults: FaultModel::electrical(), assessment };
+    if let Some(dataset) = dataset {
+        dataset.check(&training.faults)?;
+    }
     let (mask, diagnosers, diagnosis) = training.diagnosers()?;
     let fleet = training.fleet();
     let (surrogate, surrogate_metrics) = training.surrogate(&fleet)?;
@@ -118,6 +130,8 @@ pub fn train(settings: &TrainSettings, progress: &dyn Progress) -> Result<Bundle
             samples: settings.samples,
             lives: settings.lives,
             seed: settings.seed,
+            chain: settings.chain,
+            dataset: dataset.map(Dataset::id),
             code_version: env!("CARGO_PKG_VERSION").to_owned(),
         },
         faults: training.faults,

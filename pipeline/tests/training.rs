@@ -1,7 +1,7 @@
 //! A small training from nothing, held to its figures on data that it has not seen.
 
 use ema::motor::Motor;
-use pipeline::{Model, Progress, TrainSettings, train};
+use pipeline::{ChainSettings, Model, Progress, TrainSettings, train};
 
 struct Silent;
 
@@ -11,12 +11,12 @@ impl Progress for Silent {
 }
 
 fn settings() -> TrainSettings {
-    TrainSettings { motor: Motor::default(), samples: 300, lives: 20, seed: 1 }
+    TrainSettings { motor: Motor::default(), samples: 300, lives: 20, seed: 1, chain: ChainSettings::default() }
 }
 
 #[test]
 fn slow_a_small_bundle_keeps_the_promises_of_its_method() {
-    let bundle = train(&settings(), &Silent).unwrap();
+    let bundle = train(&settings(), None, &Silent).unwrap();
     let model = Model::from_bytes(&bundle.to_bytes()).unwrap();
     assert_eq!(*model.bundle(), bundle, "a bundle survives its file");
 

@@ -19,11 +19,14 @@ use crate::{PodBasis, ReductionError, Symmetric, symmetric::dot};
 const FLAT_SCALE: f64 = 1e6;
 
 /// What is known of the coefficients before the samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Prior {
-    /// Zero mean with the POD variances.
+    /// Zero mean with the POD variances: the maximum a posteriori.
+    #[default]
+    #[serde(rename = "map")]
     Pod,
     /// Nothing: least squares.
+    #[serde(rename = "least_squares", alias = "least-squares")]
     Flat,
 }
 

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use ema::motor::Motor;
 use indicatif::{ProgressBar, ProgressStyle};
-use pipeline::{Model, Progress, TrainError, TrainSettings};
+use pipeline::{ChainSettings, Model, Progress, TrainError, TrainSettings};
 
 use crate::exit::Failure;
 
@@ -42,10 +42,11 @@ pub fn run(arguments: Arguments) -> Result<()> {
         samples: arguments.samples as usize,
         lives: arguments.lives as usize,
         seed: arguments.seed,
+        chain: ChainSettings::default(),
     };
     let started = Instant::now();
     let bar = Bar::new();
-    let bundle = pipeline::train(&settings, &bar).map_err(|error| match error {
+    let bundle = pipeline::train(&settings, None, &bar).map_err(|error| match error {
         TrainError::Motor(_) | TrainError::Unfit { .. } | TrainError::Incomplete { .. } => {
             Failure::BadInput(error.to_string()).into()
         }
