@@ -12,6 +12,7 @@ pub mod hinge_load;
 pub mod ident;
 pub mod invalid;
 pub mod mask;
+pub mod metric;
 pub mod normal;
 pub mod prognosis;
 pub mod random;

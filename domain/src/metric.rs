@@ -1,0 +1,76 @@
+//! What the service counts and times of itself: names and meanings in one place, because several
+//! crates record them (through the `metrics` facade) and one serves them.
+
+/// A figure that the service tells of itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Metric {
+    /// Its name; units last, base units only.
+    pub name: &'static str,
+    /// How it behaves.
+    pub kind: MetricKind,
+    /// What it means, and its labels.
+    pub help: &'static str,
+}
+
+/// How a figure behaves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MetricKind {
+    /// It only grows.
+    Counter,
+    /// It goes up and down.
+    Gauge,
+    /// Durations in seconds, counted in buckets.
+    Seconds,
+}
+
+const fn metric(name: &'static str, kind: MetricKind, help: &'static str) -> Metric {
+    Metric { name, kind, help }
+}
+
+/// Time to answer over HTTP; labels `route` (its template), `method`, `status`.
+pub const HTTP_REQUEST_SECONDS: Metric = metric(
+    "http_request_duration_seconds",
+    MetricKind::Seconds,
+    "Time until an HTTP answer begins, by route, method and status.",
+);
+/// Time to answer over gRPC; labels `method`, `code`.
+pub const GRPC_REQUEST_SECONDS: Metric = metric(
+    "grpc_request_duration_seconds",
+    MetricKind::Seconds,
+    "Time until a gRPC answer begins, by method and status code.",
+);
+/// Uploads that came in; labels `transport`, `outcome`.
+pub const UPLOADS: Metric =
+    metric("uploads_total", MetricKind::Counter, "Uploads that came in, by transport and outcome.");
+/// Uploads that wait for a worker.
+pub const PENDING_UPLOADS: Metric = metric("pending_uploads", MetricKind::Gauge, "Uploads that wait for a worker.");
+/// Age of the upload that has waited longest.
+pub const OLDEST_PENDING_SECONDS: Metric = metric(
+    "oldest_pending_seconds",
+    MetricKind::Gauge,
+    "How long the upload that has waited longest has waited; 0 when none waits.",
+);
+/// Uploads that are set aside. A gauge in spite of its name: a retried upload leaves it again.
+pub const SET_ASIDE: Metric =
+    metric("set_aside_total", MetricKind::Gauge, "Uploads that are set aside: kept, not used, each with its reason.");
+/// Time of a durable transaction.
+pub const COMMIT_SECONDS: Metric =
+    metric("commit_seconds", MetricKind::Seconds, "Time to write one group of uploads or results durably.");
+/// Leases that ended; label `outcome`: `done`, `fenced` (another worker took over), `failed`.
+pub const LEASES: Metric = metric("leases_total", MetricKind::Counter, "Leases of components that ended, by outcome.");
+/// Time to analyse one component.
+pub const ANALYSIS_SECONDS: Metric =
+    metric("analysis_seconds", MetricKind::Seconds, "Time to analyse one component: estimates, states, prognosis.");
+
+/// Every figure.
+pub const ALL: [Metric; 9] = [
+    HTTP_REQUEST_SECONDS,
+    GRPC_REQUEST_SECONDS,
+    UPLOADS,
+    PENDING_UPLOADS,
+    OLDEST_PENDING_SECONDS,
+    SET_ASIDE,
+    COMMIT_SECONDS,
+    LEASES,
+    ANALYSIS_SECONDS,
+];
