@@ -6,7 +6,7 @@ use crate::{
     controller::Controller,
     faults::ElectricalFaults,
     high_fidelity::HighFidelity,
-    lf1::LowFidelity1,
+    lf1::{Form, LowFidelity1},
     manoeuvre::{Manoeuvre, TICK_S, Ticks},
     motor::Motor,
     shaft::Shaft,
@@ -19,6 +19,8 @@ pub enum Model {
     HighFidelity,
     /// One equivalent phase: the active pair.
     LowFidelity1,
+    /// One equivalent phase with the fitted shape functions of the thesis.
+    LowFidelity1Thesis,
 }
 
 impl Model {
@@ -26,7 +28,7 @@ impl Model {
     pub fn step_s(self) -> f64 {
         match self {
             Self::HighFidelity => 1e-6,
-            Self::LowFidelity1 => 2e-6,
+            Self::LowFidelity1 | Self::LowFidelity1Thesis => 2e-6,
         }
     }
 }
@@ -133,14 +135,15 @@ pub fn simulate(
             };
             run.drive(HighFidelity::new(motor, faults), settings, observer);
         }
-        Model::LowFidelity1 => {
+        Model::LowFidelity1 | Model::LowFidelity1Thesis => {
+            let form = if model == Model::LowFidelity1 { Form::Pair } else { Form::Thesis };
             let run = Run {
                 controller: Controller::new(motor, LowFidelity1::ANTI_WINDUP),
                 shaft,
                 rotor: Rotor::new(motor),
                 ticks: Ticks::new(manoeuvre, 0.0),
             };
-            run.drive(LowFidelity1::new(motor, faults), settings, observer);
+            run.drive(LowFidelity1::new(motor, faults, form), settings, observer);
         }
     }
 }

@@ -25,7 +25,7 @@ pub fn simulate(
 ) -> Result<Vec<TrainingMap>, TrainError> {
     let map = |(index, faults): (usize, &FaultVector)| {
         let manoeuvre = match model {
-            Model::LowFidelity1 => Manoeuvre::acquisition(),
+            Model::LowFidelity1 | Model::LowFidelity1Thesis => Manoeuvre::acquisition(),
             Model::HighFidelity => Manoeuvre::operating(&mut stream.substream(index as u64)),
         };
         let map = simulate_one(motor, model, faults, &manoeuvre);
