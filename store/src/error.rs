@@ -43,6 +43,14 @@ pub enum StoreError {
         /// The schema that this build knows.
         own: i64,
     },
+    /// The schema is that of an older build, and the file was opened for reading only.
+    #[error("database schema {version} is older than that of this build ({own}): migrate it first")]
+    OlderSchema {
+        /// Version of the schema that was found.
+        version: i64,
+        /// The schema that this build knows.
+        own: i64,
+    },
     /// A migration failed, or an applied one differs from this build's.
     #[error("database migration failed: {0}")]
     Migration(#[source] Arc<sqlx::migrate::MigrateError>),
@@ -62,6 +70,9 @@ pub enum StoreError {
         /// How many uploads may wait.
         capacity: usize,
     },
+    /// The store was opened for reading only.
+    #[error("the database is open for reading only")]
+    ReadOnly,
     /// The store was closed.
     #[error("the store is closed")]
     Closed,

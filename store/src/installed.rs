@@ -17,13 +17,22 @@ pub struct Installed {
     pub overhaul_index: u32,
     /// Start of the installation as far as it is known.
     pub since: Timestamp,
-    /// What was issued last in the active generation of the life.
+    /// What was issued last in the active generation of the life; `None` for a life without history.
     pub prognosis: Option<Prognosis>,
     /// Uploads of the component that wait to be processed.
     pub pending_uploads: u64,
     /// Flight hours per day of the tail over the 90 days before its newest upload; `None` below
     /// 14 days of data.
     pub utilisation_fh_per_day: Option<f64>,
+}
+
+/// A tail with everything that is installed on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InstalledTail {
+    /// The aircraft.
+    pub tail: TailNumber,
+    /// What is installed, by position.
+    pub installed: Vec<Installed>,
 }
 
 /// A period, half-open, for which a component was installed at a position.

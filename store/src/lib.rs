@@ -8,21 +8,27 @@
 //! and a database can be cut along either. Results are keyed by natural keys only. Uploads, results
 //! and models carry a checksum; a damaged row is an error that names it, never a wrong answer.
 
+mod component;
+mod digest;
 mod error;
 mod history;
 mod installed;
 mod model;
 mod options;
+mod sensor_configuration;
 mod sqlite;
 mod store;
 mod upload;
 mod work;
 
+pub use component::{ComponentRecord, LifeRecord};
+pub use digest::Digest;
 pub use error::StoreError;
 pub use history::LifeCursor;
-pub use installed::{Installation, Installed};
+pub use installed::{Installation, Installed, InstalledTail};
 pub use model::{BundleRecord, PublishedMask};
 pub use options::{Clock, Options};
+pub use sensor_configuration::{Addition, TailConfiguration};
 pub use store::Store;
-pub use upload::{Receipt, UploadRecord, UploadState};
-pub use work::{Completion, Generation, Lease, LifeInputs, LifeResults};
+pub use upload::{Receipt, Retrial, UploadRecord, UploadState, UploadStateKind, Voiding};
+pub use work::{Completion, Generation, Lease, LifeInputs, LifeResults, Unestimated, WorkFigures};

@@ -3,13 +3,14 @@
 use std::{sync::Arc, time::Duration};
 
 use domain::{
-    BundleSummary, Component, ContentHash, Estimate, OperatorId, Position, State, TailNumber, Timestamp, Upload,
-    UploadId,
+    BundleSummary, Component, ContentHash, Estimate, OperatorId, Position, SensorConfiguration, State, TailNumber,
+    Timestamp, Upload, UploadId,
 };
 
 use crate::{
-    BundleRecord, Completion, Installation, Installed, Lease, LifeCursor, LifeInputs, LifeResults, Options,
-    PublishedMask, Receipt, StoreError, UploadRecord, sqlite::Sqlite,
+    Addition, BundleRecord, Completion, ComponentRecord, Digest, Installation, Installed, InstalledTail, Lease,
+    LifeCursor, LifeInputs, LifeResults, Options, PublishedMask, Receipt, Retrial, StoreError, TailConfiguration,
+    UploadRecord, UploadStateKind, Voiding, WorkFigures, sqlite::Sqlite,
 };
 
 /// A database of the service. Clones share it.
@@ -36,6 +37,14 @@ impl Store {
     /// needed, and starts its writer. The file is locked for this process.
     pub async fn open(url: &str, options: Options) -> Result<Self, StoreError> {
         let sqlite = Sqlite::open(url, options).await?;
+        Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
+    }
+
+    /// Opens an existing database for reading while nobody else has it open; nothing is migrated or
+    /// written. [`StoreError::Locked`] names the process that owns the file; writes are refused with
+    /// [`StoreError::ReadOnly`].
+    pub async fn open_read_only(url: &str) -> Result<Self, StoreError> {
+        let sqlite = Sqlite::open_read_only(url).await?;
         Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
     }
 
@@ -97,6 +106,61 @@ impl Store {
         backend!(self, upload(operator, id))
     }
 
+    /// Uploads of an operator in one state, by component and then by (recorded_at, upload_id), from the
+    /// first one after `after` (the last one of the page before; an unknown name gives an empty page).
+    pub async fn uploads(
+        &self,
+        operator: &OperatorId,
+        state: UploadStateKind,
+        after: Option<&UploadId>,
+        limit: u32,
+    ) -> Result<Vec<UploadRecord>, StoreError> {
+        backend!(self, uploads(operator, state, after, limit))
+    }
+
+    /// Takes an upload back for ever: it and its name stay, nothing rests on it any longer. `None` for
+    /// an unknown one. Idempotent.
+    pub async fn void_upload(
+        &self,
+        operator: &OperatorId,
+        id: &UploadId,
+        now: Timestamp,
+    ) -> Result<Option<Voiding>, StoreError> {
+        backend!(self, void_upload(operator, id, now))
+    }
+
+    /// Lets a worker try again an upload that is set aside. `None` for an unknown one.
+    pub async fn retry_upload(
+        &self,
+        operator: &OperatorId,
+        id: &UploadId,
+        now: Timestamp,
+    ) -> Result<Option<Retrial>, StoreError> {
+        backend!(self, retry_upload(operator, id, now))
+    }
+
+    /// Puts a sensor configuration in force on a tail from a time on, which may be past, until the time
+    /// of the tail's next one. Uploads of that period wait to be estimated again.
+    pub async fn add_sensor_configuration(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+        effective_from: Timestamp,
+        configuration: &SensorConfiguration,
+        now: Timestamp,
+    ) -> Result<Addition, StoreError> {
+        backend!(self, add_sensor_configuration(operator, tail, effective_from, configuration, now))
+    }
+
+    /// The sensor configurations of a tail, by the time from which they are in force.
+    pub async fn sensor_configurations(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+    ) -> Result<Vec<TailConfiguration>, StoreError> {
+        backend!(self, sensor_configurations(operator, tail))
+    }
+
     /// Leases the component that has waited longest, if one waits and is not leased or backing off.
     pub async fn lease(&self, duration: Duration) -> Result<Option<Lease>, StoreError> {
         backend!(self, lease(duration))
@@ -129,6 +193,16 @@ impl Store {
         backend!(self, pending())
     }
 
+    /// How much work waits.
+    pub async fn work_figures(&self) -> Result<WorkFigures, StoreError> {
+        backend!(self, work_figures())
+    }
+
+    /// The digest of all estimates and states.
+    pub async fn digest(&self) -> Result<Digest, StoreError> {
+        backend!(self, digest())
+    }
+
     /// Tails of an operator in alphabetical order, from the first one after `after`.
     pub async fn tails(
         &self,
@@ -154,13 +228,29 @@ impl Store {
         backend!(self, installed_at(operator, tail, position))
     }
 
+    /// Tails of an operator in alphabetical order, from the first one after `after`, each with what is
+    /// installed on it (nothing, where everything has moved on).
+    pub async fn installed_fleet(
+        &self,
+        operator: &OperatorId,
+        after: Option<&TailNumber>,
+        limit: u32,
+    ) -> Result<Vec<InstalledTail>, StoreError> {
+        backend!(self, installed_fleet(operator, after, limit))
+    }
+
+    /// A component with its lives and installations; `None` for an unknown one.
+    pub async fn component(&self, component: &Component) -> Result<Option<ComponentRecord>, StoreError> {
+        backend!(self, component(component))
+    }
+
     /// Where a component was installed, in the order of time.
     pub async fn installations(&self, component: &Component) -> Result<Vec<Installation>, StoreError> {
         backend!(self, installations(component))
     }
 
-    /// Estimates of a component's newest life with `from_fh <= flight_hours < to_fh`, in the order
-    /// of the life, from the first one after `after`.
+    /// Estimates that count in a component's newest life with `from_fh <= flight_hours < to_fh`, in the
+    /// order of the life, from the first one after `after`.
     pub async fn estimates(
         &self,
         component: &Component,

@@ -1,6 +1,6 @@
 //! What became of an upload.
 
-use domain::{Estimate, Timestamp, Upload};
+use domain::{Estimate, SetAsideReason, Timestamp, Upload};
 
 /// The answer to an upload, given once it is durable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,7 +22,8 @@ pub struct UploadRecord {
     pub received_at: Timestamp,
     /// Where it stands.
     pub state: UploadState,
-    /// Its estimate in the active generation of its life.
+    /// Its estimate in the active generation of its life; an upload that a rule over the whole life
+    /// set aside keeps it.
     pub estimate: Option<Estimate>,
 }
 
@@ -31,11 +32,64 @@ pub struct UploadRecord {
 pub enum UploadState {
     /// Waits for a worker.
     Pending,
-    /// Has its estimate.
+    /// Has its estimate, which counts in its life.
     Processed,
-    /// Could not be processed, through a fault of its own.
+    /// No state rests on it, through a fault of its own.
     SetAside {
-        /// Why.
-        reason: String,
+        /// Why, as a code.
+        reason: SetAsideReason,
+        /// Why, in words with the offending values.
+        detail: String,
+    },
+    /// Taken back by its operator: kept, and counted nowhere.
+    Voided {
+        /// When.
+        at: Timestamp,
+    },
+}
+
+/// Where an upload stands, without the details.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum UploadStateKind {
+    /// Waits for a worker.
+    Pending,
+    /// Has its estimate, which counts in its life.
+    Processed,
+    /// No state rests on it.
+    SetAside,
+    /// Taken back.
+    Voided,
+}
+
+impl UploadState {
+    /// Which of the kinds it is.
+    pub fn kind(&self) -> UploadStateKind {
+        match self {
+            Self::Pending => UploadStateKind::Pending,
+            Self::Processed => UploadStateKind::Processed,
+            Self::SetAside { .. } => UploadStateKind::SetAside,
+            Self::Voided { .. } => UploadStateKind::Voided,
+        }
+    }
+}
+
+/// The answer to a request to void an upload.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Voiding {
+    /// It counts no longer.
+    Voided,
+    /// It was voided before.
+    AlreadyVoided,
+}
+
+/// The answer to a request to try an upload again.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Retrial {
+    /// It waits for a worker again.
+    Retried,
+    /// It is not set aside, so there is nothing to try again.
+    NotSetAside {
+        /// Where it stands.
+        state: UploadState,
     },
 }

@@ -3,7 +3,11 @@
 //! Workers lease components, not uploads: whoever holds a lease is alone with the component, and
 //! what it writes is refused once another holds a later one.
 
-use domain::{Component, ContentHash, Estimate, Life, Prognosis, State, Timestamp, Upload, UploadId};
+use std::sync::Arc;
+
+use domain::{
+    Component, ContentHash, Estimate, Life, Prognosis, SensorConfiguration, SetAside, State, Timestamp, Upload,
+};
 
 /// The right to process one component for a while.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,11 +41,24 @@ pub struct LifeInputs {
     /// Its active generation.
     pub generation: Generation,
     /// Uploads that wait for their estimate, in the order of the life.
-    pub unestimated: Vec<Upload>,
-    /// Estimates of the generation so far, in the order of the life.
+    pub unestimated: Vec<Unestimated>,
+    /// Estimates of the generation so far, in the order of the life: also those that were excluded
+    /// before, because whether they are is found anew from the whole life.
     pub estimates: Vec<Estimate>,
     /// States of the generation so far, by block.
     pub states: Vec<State>,
+}
+
+/// An upload that waits for its estimate, with everything that the estimate is a function of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unestimated {
+    /// The upload.
+    pub upload: Upload,
+    /// When it was received.
+    pub received_at: Timestamp,
+    /// The configuration of the tail that was in force at `upload.recorded_at`; `None` when the tail
+    /// has none of that time, so that the bundle's default applies.
+    pub sensor_configuration: Option<Arc<SensorConfiguration>>,
 }
 
 /// What a worker found; written in one transaction.
@@ -49,13 +66,18 @@ pub struct LifeInputs {
 pub struct LifeResults {
     /// Estimates of uploads that waited for them.
     pub estimates: Vec<Estimate>,
-    /// Uploads that cannot be processed, each with the reason.
-    pub set_aside: Vec<(UploadId, String)>,
+    /// Uploads that waited for an estimate and have none. They stay set aside until they are tried
+    /// again or voided.
+    pub set_aside: Vec<SetAside>,
+    /// All uploads of the life that have an estimate (old or new) and that a rule over the whole life
+    /// excludes. The list replaces the previous one: an upload that is no longer in it counts again.
+    pub excluded: Vec<SetAside>,
     /// The states of this block and all later ones are replaced by `states`; `None` keeps all.
     pub states_from: Option<u64>,
     /// States, none of them of a block before `states_from`.
     pub states: Vec<State>,
-    /// The prognosis that is served from now on, if there is a new one.
+    /// The prognosis that is served from now on; `None` keeps the previous one, unless no estimate of
+    /// the life counts any longer: then nothing is served.
     pub prognosis: Option<Prognosis>,
     /// When the prognosis was issued.
     pub now: Timestamp,
@@ -68,4 +90,15 @@ pub enum Completion {
     Done,
     /// The lease had expired or another one superseded it: nothing was written.
     Fenced,
+}
+
+/// How much work waits, over all operators.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WorkFigures {
+    /// Uploads that wait to be processed.
+    pub pending: u64,
+    /// Since when the oldest of them waits: its receipt, or when it was last sent back into the queue.
+    pub oldest_pending_since: Option<Timestamp>,
+    /// Uploads that are set aside, for whatever reason.
+    pub set_aside: u64,
 }

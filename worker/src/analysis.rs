@@ -3,9 +3,9 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use domain::{Estimate, Timestamp, Upload, UploadId};
-use pipeline::{LifeContext, Model, OutlookError};
-use store::{LifeInputs, LifeResults};
+use domain::{Estimate, SetAside, SetAsideReason, Timestamp, Upload};
+use pipeline::{EstimateError, LifeContext, Model, OutlookError};
+use store::{LifeInputs, LifeResults, Unestimated};
 
 use crate::models::Masks;
 
@@ -20,6 +20,7 @@ pub fn analyse(model: &Model, masks: &Masks, inputs: LifeInputs, now: Timestamp)
     Ok(LifeResults {
         estimates: new,
         set_aside,
+        excluded: Vec::new(),
         states_from: outlook.states_from,
         states: outlook.states,
         prognosis: outlook.prognosis,
@@ -28,16 +29,25 @@ pub fn analyse(model: &Model, masks: &Masks, inputs: LifeInputs, now: Timestamp)
 }
 
 /// Estimates of the uploads that have one; reasons for those that do not.
-fn estimate_each(model: &Model, masks: &Masks, uploads: &[Upload]) -> (Vec<Estimate>, Vec<(UploadId, String)>) {
-    let mut estimates = Vec::with_capacity(uploads.len());
+fn estimate_each(model: &Model, masks: &Masks, unestimated: &[Unestimated]) -> (Vec<Estimate>, Vec<SetAside>) {
+    let mut estimates = Vec::with_capacity(unestimated.len());
     let mut set_aside = Vec::new();
-    for upload in uploads {
-        let attempt = catch_unwind(AssertUnwindSafe(|| model.estimate(upload, &masks[&upload.mask_id])));
-        match attempt {
-            Ok(Ok(estimate)) => estimates.push(estimate),
-            Ok(Err(error)) => set_aside.push((upload.upload_id.clone(), error.to_string())),
-            Err(_) => set_aside.push((upload.upload_id.clone(), "the estimate ended abnormally".to_owned())),
+    for Unestimated { upload, .. } in unestimated {
+        match estimate(model, masks, upload) {
+            Ok(estimate) => estimates.push(estimate),
+            Err(reason) => set_aside.push(reason),
         }
     }
     (estimates, set_aside)
+}
+
+fn estimate(model: &Model, masks: &Masks, upload: &Upload) -> Result<Estimate, SetAside> {
+    let attempt = catch_unwind(AssertUnwindSafe(|| model.estimate(upload, &masks[&upload.mask_id])));
+    let (reason, detail) = match attempt {
+        Ok(Ok(estimate)) => return Ok(estimate),
+        Ok(Err(error @ EstimateError::NotFinite { .. })) => (SetAsideReason::NotFinite, error.to_string()),
+        Ok(Err(error)) => (SetAsideReason::NotEstimable, error.to_string()),
+        Err(_) => (SetAsideReason::NotEstimable, "the estimate ended abnormally".to_owned()),
+    };
+    Err(SetAside { upload_id: upload.upload_id.clone(), reason, detail })
 }

@@ -110,7 +110,8 @@ async fn process(
 ) -> Result<Completion, WorkerError> {
     let inputs = store.life_inputs(lease).await?;
     let model = models.get(&inputs.generation.model).await?;
-    let masks = models.masks(&inputs.unestimated).await?;
+    let mask_ids: Vec<_> = inputs.unestimated.iter().map(|one| one.upload.mask_id).collect();
+    let masks = models.masks(&mask_ids).await?;
     let now = (settings.clock)();
     let results = tokio::task::spawn_blocking(move || analyse(&model, &masks, inputs, now)).await??;
     Ok(store.complete(lease, results).await?)

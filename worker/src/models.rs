@@ -5,7 +5,7 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-use domain::{ContentHash, Mask, Upload};
+use domain::{ContentHash, Mask};
 use pipeline::Model;
 use store::Store;
 
@@ -40,10 +40,10 @@ impl Models {
         Ok(model)
     }
 
-    /// The masks by which these uploads were sampled.
-    pub async fn masks(&self, uploads: &[Upload]) -> Result<Masks, WorkerError> {
+    /// The masks of these ids.
+    pub async fn masks(&self, ids: &[ContentHash]) -> Result<Masks, WorkerError> {
         let mut masks = Masks::new();
-        for id in uploads.iter().map(|upload| upload.mask_id) {
+        for &id in ids {
             if let std::collections::hash_map::Entry::Vacant(vacant) = masks.entry(id) {
                 vacant.insert(self.mask(id).await?);
             }

@@ -108,7 +108,7 @@ async fn an_upload_that_cannot_be_estimated_is_set_aside_and_stops_no_other() {
         let (store, operator, id) = (store.clone(), operator.clone(), id.parse().unwrap());
         async move { store.upload(&operator, &id).await.unwrap().unwrap().state }
     };
-    assert!(matches!(state("u3").await, UploadState::SetAside { reason } if reason.contains("180")));
+    assert!(matches!(state("u3").await, UploadState::SetAside { detail, .. } if detail.contains("180")));
     assert_eq!(state("u2").await, UploadState::Processed);
     assert_eq!(state("u4").await, UploadState::Processed);
 }

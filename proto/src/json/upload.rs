@@ -292,6 +292,8 @@ pub enum UploadState {
     Processed,
     /// Stored but not judged: see the reason.
     SetAside,
+    /// Taken back by its operator; kept, but nothing rests on it.
+    Voided,
 }
 
 /// What became of an upload since.

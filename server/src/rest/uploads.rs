@@ -133,7 +133,8 @@ pub async fn get(
     let (state, reason) = match record.state {
         store::UploadState::Pending => (UploadState::Pending, None),
         store::UploadState::Processed => (UploadState::Processed, None),
-        store::UploadState::SetAside { reason } => (UploadState::SetAside, Some(reason)),
+        store::UploadState::SetAside { detail, .. } => (UploadState::SetAside, Some(detail)),
+        store::UploadState::Voided { .. } => (UploadState::Voided, None),
     };
     let upload = record.upload;
     Ok(Json(UploadStatusBody {

@@ -161,7 +161,7 @@ pub async fn problem(response: Response, status: u16) -> Value {
 }
 
 fn results(inputs: &LifeInputs, forecast: Result<Forecast, InsufficientHistory>, now: Timestamp) -> LifeResults {
-    let estimates: Vec<Estimate> = inputs.unestimated.iter().map(|upload| estimate(upload, inputs)).collect();
+    let estimates: Vec<Estimate> = inputs.unestimated.iter().map(|one| estimate(&one.upload, inputs)).collect();
     let newest = estimates.last().expect("the life has a new upload");
     let as_of = AsOf {
         flight_hours: newest.flight_hours,
@@ -180,7 +180,15 @@ fn results(inputs: &LifeInputs, forecast: Result<Forecast, InsufficientHistory>,
         numerics_version: NUMERICS_VERSION,
         inputs_digest: ContentHash::of(b"inputs"),
     };
-    LifeResults { estimates, set_aside: Vec::new(), states_from: Some(0), states, prognosis: Some(prognosis), now }
+    LifeResults {
+        estimates,
+        set_aside: Vec::new(),
+        excluded: Vec::new(),
+        states_from: Some(0),
+        states,
+        prognosis: Some(prognosis),
+        now,
+    }
 }
 
 fn estimate(upload: &Upload, inputs: &LifeInputs) -> Estimate {

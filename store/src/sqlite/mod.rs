@@ -2,6 +2,7 @@
 //!
 //! Each module holds the SQL of one noun.
 
+mod coming;
 mod history;
 mod ingest;
 mod installations;

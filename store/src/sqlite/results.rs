@@ -1,6 +1,6 @@
 //! What a worker reads for a lease and what it writes: one transaction, refused when fenced.
 
-use domain::{Component, Timestamp, UploadId};
+use domain::{Component, SetAside, Timestamp, UploadId};
 use sqlx::SqliteConnection;
 
 use super::{
@@ -22,7 +22,11 @@ impl Sqlite {
         Ok(LifeInputs {
             life: pointer.life(component)?,
             generation: lives::generation(&mut transaction, component, pointer).await?,
-            unestimated: uploads::waiting(&mut transaction, component).await?,
+            unestimated: uploads::waiting(&mut transaction, component)
+                .await?
+                .into_iter()
+                .map(|(upload, received_at)| crate::Unestimated { upload, received_at, sensor_configuration: None })
+                .collect(),
             estimates: history::estimates(&mut transaction, component, pointer, EstimateRange::ALL).await?,
             states: history::states(&mut transaction, component, pointer, StateRange::ALL).await?,
         })
@@ -42,7 +46,7 @@ async fn pointer(connection: &mut SqliteConnection, component: &Component) -> Re
 struct Complete {
     lease: Lease,
     estimates: Vec<(LifeCursor, String)>,
-    set_aside: Vec<(UploadId, String)>,
+    set_aside: Vec<SetAside>,
     states_from: Option<i64>,
     states: Vec<(BlockEnd, String)>,
     prognosis: Option<String>,
@@ -51,7 +55,7 @@ struct Complete {
 
 impl Complete {
     fn new(lease: &Lease, results: LifeResults) -> Result<Self, StoreError> {
-        let LifeResults { estimates, set_aside, states_from, states, prognosis, now } = results;
+        let LifeResults { estimates, set_aside, excluded: _, states_from, states, prognosis, now } = results;
         let first = states.iter().map(|state| state.block).min();
         assert!(first.is_none_or(|first| states_from.is_some_and(|from| from <= first)), "states before states_from");
         let estimates = estimates.iter().map(|e| Ok((LifeCursor::from(e), encode("estimate", e)?)));
@@ -84,8 +88,8 @@ impl Write for Complete {
             history::insert_estimate(connection, component, pointer, at, body).await?;
             uploads::processed(connection, component, &at.upload_id).await?;
         }
-        for (id, reason) in &self.set_aside {
-            self.set_aside(connection, id, reason).await?;
+        for one in &self.set_aside {
+            self.set_aside(connection, &one.upload_id, &one.detail).await?;
         }
         if let Some(from) = self.states_from {
             history::delete_states(connection, component, pointer, from).await?;

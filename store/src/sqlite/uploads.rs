@@ -123,7 +123,7 @@ pub(super) async fn find(
 pub(super) async fn waiting(
     connection: &mut SqliteConnection,
     component: &Component,
-) -> Result<Vec<Upload>, StoreError> {
+) -> Result<Vec<(Upload, Timestamp)>, StoreError> {
     let rows: Vec<UploadRow> = sqlx::query_as(
         "select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, u.received_at, u.body,
                 u.checksum
@@ -135,9 +135,8 @@ pub(super) async fn waiting(
     .bind_component(component)
     .fetch_all(connection)
     .await?;
-    let uploads: Result<Vec<Upload>, StoreError> = rows.into_iter().map(|row| Ok(row.upload()?.0)).collect();
-    let mut uploads = uploads?;
-    uploads.sort_by(|a, b| {
+    let mut uploads = rows.into_iter().map(UploadRow::upload).collect::<Result<Vec<_>, _>>()?;
+    uploads.sort_by(|(a, _), (b, _)| {
         let hours = a.flight_hours.total_cmp(&b.flight_hours);
         hours.then(a.recorded_at.cmp(&b.recorded_at)).then_with(|| a.upload_id.cmp(&b.upload_id))
     });
@@ -200,7 +199,7 @@ async fn state_of(
     .fetch_one(connection)
     .await?;
     Ok(match reason {
-        Some(reason) => UploadState::SetAside { reason },
+        Some(detail) => UploadState::SetAside { reason: domain::SetAsideReason::NotEstimable, detail },
         None if waits => UploadState::Pending,
         None => UploadState::Processed,
     })

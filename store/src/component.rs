@@ -1,0 +1,29 @@
+//! What is known of a component, wherever it is installed.
+
+use domain::Timestamp;
+
+use crate::{Generation, Installation, LifeCursor};
+
+/// A component with its lives and the places where it was installed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ComponentRecord {
+    /// When its first upload was received.
+    pub enrolled_at: Timestamp,
+    /// Its lives, the oldest first.
+    pub lives: Vec<LifeRecord>,
+    /// Where it was installed, in the order of time.
+    pub installations: Vec<Installation>,
+}
+
+/// A life as far as it is estimated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LifeRecord {
+    /// 0 for the life that began when the component was new, then one more per overhaul.
+    pub overhaul_index: u32,
+    /// Its active generation.
+    pub generation: Generation,
+    /// Its first upload that counts, in the order of the life; `None` while none has an estimate.
+    pub first: Option<LifeCursor>,
+    /// Its last upload that counts.
+    pub last: Option<LifeCursor>,
+}

@@ -1,0 +1,17 @@
+//! The digest of everything that is a pure function of uploads and configurations.
+
+use domain::ContentHash;
+
+/// One hash over the canonical dumps of all estimates and states, in the order of their natural keys.
+/// Equal for any order in which the same uploads and configurations arrived.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Digest {
+    /// The hash.
+    pub digest: ContentHash,
+    /// How many estimates it covers.
+    pub estimates: u64,
+    /// How many states it covers.
+    pub states: u64,
+    /// Of how many lives.
+    pub lives: u64,
+}
