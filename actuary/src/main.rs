@@ -4,6 +4,7 @@ mod clock;
 mod command;
 mod default_model;
 mod exit;
+mod files;
 mod service;
 mod table;
 mod telemetry;
