@@ -5,11 +5,29 @@
 //! contradicted neighbour is not enough: the other upload may be the wrong one.
 //! Requires: three uploads; of two that contradict each other nobody can tell which is wrong.
 //! Pure in the set of the life's estimates, so an upload comes back when later ones vindicate it.
+//!
+//! Also sets aside an upload that was received more than a day before it was recorded.
 
-use domain::{Estimate, SetAside, SetAsideReason};
+use domain::{Estimate, SetAside, SetAsideReason, Timestamp, Upload};
 
 /// Flight hours are booked in tenths: two rounded figures may differ by so much more than the truth.
 const BOOKING_RESOLUTION_FH: f64 = 0.1;
+
+/// Clocks of aircraft may be ahead of ours by so much, hours.
+const CLOCK_TOLERANCE_H: f64 = 24.0;
+
+/// Refuses an upload that claims to come from the future of the moment when it was received.
+pub fn recorded_in_the_past(upload: &Upload, received_at: Timestamp) -> Result<(), SetAside> {
+    let ahead_h = upload.recorded_at.hours_since(received_at);
+    if ahead_h <= CLOCK_TOLERANCE_H {
+        return Ok(());
+    }
+    let detail = format!(
+        "recorded at {}, {ahead_h:.1} hours after it was received at {received_at}; a clock may be {CLOCK_TOLERANCE_H} hours ahead",
+        upload.recorded_at
+    );
+    Err(SetAside { upload_id: upload.upload_id.clone(), reason: SetAsideReason::ImplausibleHours, detail })
+}
 
 /// The uploads of a life that contradict both neighbours, in the order of time.
 pub fn implausible_hours(estimates: &[Estimate]) -> Vec<SetAside> {

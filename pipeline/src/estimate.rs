@@ -1,7 +1,7 @@
 //! From one upload to its estimate.
 
 use diagnosis::Measurement;
-use domain::{Diagnosis, Estimate, Mask, NUMERICS_VERSION, Outcome, Upload};
+use domain::{Diagnosis, Estimate, Mask, NUMERICS_VERSION, Outcome, SensorConfiguration, Upload};
 use reduction::ReductionError;
 
 use crate::Model;
@@ -23,20 +23,19 @@ pub enum EstimateError {
 }
 
 impl Model {
-    /// What `upload`, sampled at `mask` and checked against it, says about the health of its actuator.
-    pub fn estimate(&self, upload: &Upload, mask: &Mask) -> Result<Estimate, EstimateError> {
-        let factors = self.factors(mask)?;
+    /// What `upload`, sampled at `mask` and checked against it, says about the health of its actuator
+    /// and, read by the tail's own sensor configuration or by the bundle's, about its load.
+    pub fn estimate(
+        &self,
+        upload: &Upload,
+        mask: &Mask,
+        sensors: Option<&SensorConfiguration>,
+    ) -> Result<Estimate, EstimateError> {
         let samples: Vec<_> =
             upload.samples.iter().map(|y| y.map(|y| y / self.bundle.motor.back_emf_v_s_rad)).collect();
         let measurement =
             Measurement { samples: &samples, load_ratio: upload.load_ratio.as_ref(), noise: upload.sample_noise };
-        let outcome = match &upload.load_ratio {
-            Some(_) => self.bundle.with_load_ratio.diagnose(&factors.with_load_ratio, &measurement),
-            None => self.bundle.without_load_ratio.diagnose(&factors.without_load_ratio, &measurement),
-        };
-        if let Outcome::Diagnosed(diagnosis) = &outcome {
-            check_finite(diagnosis)?;
-        }
+        let outcome = self.diagnose(&measurement, mask)?;
         Ok(Estimate {
             upload_id: upload.upload_id.clone(),
             flight_hours: upload.flight_hours,
@@ -48,6 +47,22 @@ impl Model {
             load: None,
             temperature: None,
         })
+    }
+
+    /// What samples at the points of `mask` say about the faults.
+    ///
+    /// # Panics
+    /// If samples or load ratios are not as many as the mask's points.
+    pub fn diagnose(&self, measurement: &Measurement, mask: &Mask) -> Result<Outcome, EstimateError> {
+        let factors = self.factors(mask)?;
+        let outcome = match measurement.load_ratio {
+            Some(_) => self.bundle.with_load_ratio.diagnose(&factors.with_load_ratio, measurement),
+            None => self.bundle.without_load_ratio.diagnose(&factors.without_load_ratio, measurement),
+        };
+        if let Outcome::Diagnosed(diagnosis) = &outcome {
+            check_finite(diagnosis)?;
+        }
+        Ok(outcome)
     }
 }
 

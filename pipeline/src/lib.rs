@@ -16,7 +16,9 @@ mod training;
 
 pub use bundle::{Bundle, BundleError, Model, Provenance};
 pub use chain::{ChainSettings, Lf1Form, MaskRule};
+pub use chronology::recorded_in_the_past;
 pub use dataset::{Dataset, DatasetError, Labels};
+pub use diagnosis::Measurement;
 pub use estimate::EstimateError;
 pub use metrics::{DiagnosisMetrics, Metrics, SurrogateMetrics, Validation};
 pub use outlook::{LifeContext, Outlook, OutlookError};

@@ -79,7 +79,7 @@ fn upload(mask: &Mask, k_nom: f64, faults: &FaultVector, r: Option<f64>) -> Uplo
 }
 
 fn diagnosis(model: &Model, upload: &Upload) -> Diagnosis {
-    match model.estimate(upload, &model.bundle().masks[0]).unwrap().outcome {
+    match model.estimate(upload, &model.bundle().masks[0], None).unwrap().outcome {
         Outcome::Diagnosed(diagnosis) => diagnosis,
         other => panic!("{other:?}"),
     }
@@ -113,9 +113,9 @@ fn missing_samples_cost_certainty_and_too_few_leave_nothing_to_say() {
     let spread = |diagnosis: Diagnosis| diagnosis.sigma.iter().sum::<f64>();
     assert!(spread(diagnosis(&model, &without(2))) > spread(diagnosis(&model, &whole)));
     let needed = model.summary().min_samples;
-    let few = model.estimate(&without(mask.len() - needed + 1), mask).unwrap();
+    let few = model.estimate(&without(mask.len() - needed + 1), mask, None).unwrap();
     assert_eq!(few.outcome, Outcome::Undiagnosable { valid_samples: needed - 1, needed });
-    assert!(matches!(model.estimate(&without(mask.len()), mask).unwrap().outcome, Outcome::Undiagnosable { .. }));
+    assert!(matches!(model.estimate(&without(mask.len()), mask, None).unwrap().outcome, Outcome::Undiagnosable { .. }));
 }
 
 #[test]

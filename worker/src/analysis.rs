@@ -3,8 +3,8 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use domain::{Estimate, SetAside, SetAsideReason, Timestamp, Upload};
-use pipeline::{EstimateError, LifeContext, Model, OutlookError};
+use domain::{Estimate, SetAside, SetAsideReason, Timestamp};
+use pipeline::{EstimateError, LifeContext, Model, OutlookError, recorded_in_the_past};
 use store::{LifeInputs, LifeResults, Unestimated};
 
 use crate::models::Masks;
@@ -20,7 +20,7 @@ pub fn analyse(model: &Model, masks: &Masks, inputs: LifeInputs, now: Timestamp)
     Ok(LifeResults {
         estimates: new,
         set_aside,
-        excluded: Vec::new(),
+        excluded: outlook.excluded,
         states_from: outlook.states_from,
         states: outlook.states,
         prognosis: outlook.prognosis,
@@ -32,8 +32,8 @@ pub fn analyse(model: &Model, masks: &Masks, inputs: LifeInputs, now: Timestamp)
 fn estimate_each(model: &Model, masks: &Masks, unestimated: &[Unestimated]) -> (Vec<Estimate>, Vec<SetAside>) {
     let mut estimates = Vec::with_capacity(unestimated.len());
     let mut set_aside = Vec::new();
-    for Unestimated { upload, .. } in unestimated {
-        match estimate(model, masks, upload) {
+    for waiting in unestimated {
+        match estimate(model, masks, waiting) {
             Ok(estimate) => estimates.push(estimate),
             Err(reason) => set_aside.push(reason),
         }
@@ -41,8 +41,11 @@ fn estimate_each(model: &Model, masks: &Masks, unestimated: &[Unestimated]) -> (
     (estimates, set_aside)
 }
 
-fn estimate(model: &Model, masks: &Masks, upload: &Upload) -> Result<Estimate, SetAside> {
-    let attempt = catch_unwind(AssertUnwindSafe(|| model.estimate(upload, &masks[&upload.mask_id])));
+fn estimate(model: &Model, masks: &Masks, waiting: &Unestimated) -> Result<Estimate, SetAside> {
+    let Unestimated { upload, received_at, sensor_configuration } = waiting;
+    recorded_in_the_past(upload, *received_at)?;
+    let mask = &masks[&upload.mask_id];
+    let attempt = catch_unwind(AssertUnwindSafe(|| model.estimate(upload, mask, sensor_configuration.as_deref())));
     let (reason, detail) = match attempt {
         Ok(Ok(estimate)) => return Ok(estimate),
         Ok(Err(error @ EstimateError::NotFinite { .. })) => (SetAsideReason::NotFinite, error.to_string()),
