@@ -1,8 +1,20 @@
 //! Physics of the wing: from the flight condition to the loads on its control surfaces.
 
+pub mod beam;
 pub mod fbg;
+pub mod hinge;
 pub mod lifting_line;
+pub mod products;
+pub mod reference;
+pub mod section;
+pub mod strain;
 pub mod wing;
 
+pub use beam::{Beam, SectionLoads};
+pub use hinge::{HingeModel, hinge_rows};
 pub use lifting_line::{Basis, LiftingLine, Loading};
-pub use wing::{ControlSurface, Planform, Wing};
+pub use products::{Products, felt_by, flight_products};
+pub use reference::{reference_beam, reference_configuration};
+pub use section::{Section, SectionGeometry};
+pub use strain::{Layout, strain_map, strains};
+pub use wing::{Camber, ControlSurface, Planform, Wing};

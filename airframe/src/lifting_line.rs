@@ -86,6 +86,11 @@ impl LiftingLine {
         })
     }
 
+    /// The wing that was solved.
+    pub fn wing(&self) -> &Wing {
+        &self.wing
+    }
+
     /// Hinge moment of the right flap per dynamic pressure and deflection, m^3/rad: the whole lift
     /// that the flaps add to the right wing, at half the flap's chord (Berri 2021, section 4.1.1).
     pub fn flap_hinge_moment_m3_per_rad(&self) -> f64 {
@@ -161,17 +166,28 @@ impl Loading {
         PI * self.span_m * self.span_m * self.coefficients[0]
     }
 
-    /// Lift of the right wing (y > 0) over dynamic pressure, m^2:
-    /// 2 b^2 sum A_n int sin(n theta) sin(theta) over theta in [0, pi/2].
+    /// Lift of the right wing (y > 0) over dynamic pressure, m^2.
     pub fn right_wing_lift_m2(&self) -> f64 {
+        self.outboard_lift_m2(0.0)
+    }
+
+    /// Lift from y to the right tip over dynamic pressure, int_y L' ds / q, m^2.
+    pub fn outboard_lift_m2(&self, y_m: f64) -> f64 {
+        let theta = (2.0 * y_m / self.span_m).acos();
+        2.0 * self.span_m * self.span_m * self.sum(|n| sine_sine(n, theta))
+    }
+
+    /// Moment about y of the lift from y to the right tip over dynamic pressure,
+    /// int_y (s - y) L' ds / q, m^3, positive tip-up. Integrated by parts it is the integral of
+    /// [`Loading::outboard_lift_m2`].
+    pub fn outboard_moment_m3(&self, y_m: f64) -> f64 {
+        let theta = (2.0 * y_m / self.span_m).acos();
         let integral = |n: f64| {
-            if n == 1.0 {
-                return 0.25 * PI;
-            }
-            let sine = |m: f64| (0.5 * PI * m).sin() / m;
-            0.5 * (sine(n - 1.0) - sine(n + 1.0))
+            let inner =
+                if n == 1.0 { theta.sin() - theta * theta.cos() } else { sine_sine(n - 1.0, theta) / (n - 1.0) };
+            0.5 * (inner - sine_sine(n + 1.0, theta) / (n + 1.0))
         };
-        2.0 * self.span_m * self.span_m * self.sum(integral)
+        self.span_m.powi(3) * self.sum(integral)
     }
 
     /// delta = sum_{n > 1} n (A_n / A_1)^2: induced drag above that of an elliptic loading.
@@ -183,6 +199,12 @@ impl Loading {
     fn sum(&self, factor: impl Fn(f64) -> f64) -> f64 {
         self.coefficients.iter().enumerate().map(|(i, a)| a * factor((i + 1) as f64)).sum()
     }
+}
+
+/// int_0^theta sin(n phi) sin(phi) dphi, n a whole number.
+fn sine_sine(n: f64, theta: f64) -> f64 {
+    let sine = |m: f64| if m == 0.0 { theta } else { (m * theta).sin() / m };
+    0.5 * (sine(n - 1.0) - sine(n + 1.0))
 }
 
 #[cfg(test)]
@@ -312,21 +334,23 @@ mod tests {
         }
     }
 
-    /// The right wing's lift in closed form is the integral of its lift per length.
+    /// Lift and moment outboard of a point, in closed form, are the integrals of the lift per length.
     #[test]
-    fn right_wing_lift_is_the_integral() {
+    fn outboard_lift_and_moment_are_integrals() {
         let loading = LiftingLine::new(Wing::reference(), POINTS).loading(&thesis_case());
-        let strips = 20_000;
-        let integral: f64 = (0..strips)
-            .map(|i| {
-                let theta = 0.5 * PI * (f64::from(i) + 0.5) / f64::from(strips);
-                loading.lift_per_length_m(5.0 * theta.cos()) * 5.0 * theta.sin()
-            })
-            .sum::<f64>()
-            * 0.5
-            * PI
-            / f64::from(strips);
-        close(loading.right_wing_lift_m2(), integral, 1e-6);
+        for y_m in [0.0_f64, 1.2, 3.1, 4.6] {
+            let (strips, angle) = (20_000, (y_m / 5.0).acos());
+            let (mut lift_m2, mut moment_m3) = (0.0, 0.0);
+            for i in 0..strips {
+                let theta = angle * (f64::from(i) + 0.5) / f64::from(strips);
+                let s_m = 5.0 * theta.cos();
+                let strip_m2 = loading.lift_per_length_m(s_m) * 5.0 * theta.sin() * angle / f64::from(strips);
+                lift_m2 += strip_m2;
+                moment_m3 += (s_m - y_m) * strip_m2;
+            }
+            close(loading.outboard_lift_m2(y_m), lift_m2, 1e-6);
+            close(loading.outboard_moment_m3(y_m), moment_m3, 1e-6);
+        }
     }
 
     /// Flaps load both wings alike, ailerons oppositely.
