@@ -2,6 +2,7 @@
 
 mod answer;
 mod field_path;
+mod history;
 mod upload;
 
 pub use field_path::field_path;

@@ -1,6 +1,7 @@
 //! Bodies of the REST interface.
 
 mod health;
+mod load;
 mod model;
 mod page;
 mod parse;
@@ -9,7 +10,8 @@ mod rul;
 mod tail;
 mod upload;
 
-pub use health::{FaultEstimate, HealthItem, HingeMoment, Outcome, StateItem};
+pub use health::{FaultEstimate, HealthItem, Outcome, StateItem};
+pub use load::{LoadBody, LoadSource};
 pub use model::{MaskBody, ModelItem};
 pub use page::Page;
 pub use parse::{BodyError, parse};

@@ -4,8 +4,8 @@ use domain::{
     ADVISORY, AsOf, Component, ContentHash, FaultModel, OperatorId, Position, Prognosis, RulDistribution, TailNumber,
 };
 use proto::json::{
-    AsOfBody, EndOfLife, FailureProbability, Fault, MaskBody, MonteCarlo, Page, PropagationBody, RulBody, RulQuantiles,
-    Status, TailItem,
+    AsOfBody, EndOfLife, FailureProbability, Fault, LoadBody, MaskBody, ModelItem, MonteCarlo, Page, PropagationBody,
+    RulBody, RulQuantiles, Status, TailItem,
 };
 use store::{BundleRecord, Installed};
 
@@ -43,6 +43,7 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         }),
         fault_vector: forecast.map(|forecast| Fault::by_name(&forecast.faults)),
         dominant_fault: forecast.map(|forecast| forecast.dominant_fault.clone()),
+        load: prognosis.and_then(|prognosis| prognosis.load.as_ref()).map(LoadBody::from),
         propagation: forecast.map(|forecast| PropagationBody::from(&forecast.propagation)),
         monte_carlo: forecast.map(|forecast| MonteCarlo { draws: forecast.rul.draws(), seed: forecast.seed }),
         model: prognosis.map(|prognosis| prognosis.model.to_string()),
@@ -118,6 +119,22 @@ pub fn next_cursor<T>(items: &mut Vec<T>, limit: u32, cursor: impl Fn(&T) -> Str
     let more = items.len() > limit as usize;
     items.truncate(limit as usize);
     items.last().filter(|_| more).map(cursor)
+}
+
+/// A component of the operator that acts, if anything is known of it.
+pub async fn known(state: &State, component: Component) -> Result<Component, Refusal> {
+    let Component { part_number, serial_number, .. } = &component;
+    match state.store.installations(&component).await?.as_slice() {
+        [] => Err(Refusal::NotFound(format!("component {part_number} {serial_number} is not known"))),
+        _ => Ok(component),
+    }
+}
+
+/// All bundles, the oldest first.
+pub async fn models(state: &State) -> Result<Page<ModelItem>, Refusal> {
+    let bundles = state.store.bundles().await?;
+    let items = bundles.iter().map(|bundle| ModelItem::new(&bundle.summary, bundle.active)).collect();
+    Ok(Page { items, next_cursor: None })
 }
 
 /// The bundle of a hash.

@@ -11,6 +11,7 @@ use axum::{
     response::{IntoResponse, Response},
     routing::get,
 };
+use tokio_util::sync::CancellationToken;
 use tonic::Status;
 use tower_http::catch_panic::CatchPanicLayer;
 
@@ -29,6 +30,8 @@ pub struct Context {
     pub state: State,
     /// Masks that were read before.
     pub masks: Masks,
+    /// Cancelled when the service begins to stop: streams end then.
+    pub stopping: CancellationToken,
 }
 
 impl Deref for Shared {
@@ -38,9 +41,9 @@ impl Deref for Shared {
     }
 }
 
-/// Everything that one port serves.
-pub async fn router(state: State) -> Router {
-    let shared = Shared(Arc::new(Context { state, masks: Masks::default() }));
+/// Everything that one port serves, until `stopping`.
+pub async fn router(state: State, stopping: CancellationToken) -> Router {
+    let shared = Shared(Arc::new(Context { state, masks: Masks::default(), stopping }));
     let (rest, document) = rest::router().split_for_parts();
     let document = Json(document);
     let rest = rest

@@ -1,27 +1,14 @@
 //! gRPC: the same functions in protobuf's words, with health and reflection.
 
-use axum::Router;
-use domain::{ContentHash, Position, TailNumber};
-use proto::{
-    grpc::into_upload,
-    json::Ingested,
-    v1::{
-        self,
-        fleet_health_server::{FleetHealth, FleetHealthServer},
-        ingest_server::{Ingest, IngestServer},
-        models_server::{Models, ModelsServer},
-    },
-};
-use tonic::{Request, Response, Status, service::Routes};
+mod fleet_health;
+mod ingest;
+mod models;
 
-use crate::{
-    answer,
-    app::Shared,
-    ingest::ingest,
-    parameters::{grpc_limit, grpc_within},
-    refusal::Refusal,
-    rest::MAX_UPLOAD_BYTES,
-};
+use axum::Router;
+use proto::v1::{fleet_health_server::FleetHealthServer, ingest_server::IngestServer, models_server::ModelsServer};
+use tonic::service::Routes;
+
+use crate::{app::Shared, rest::MAX_UPLOAD_BYTES};
 
 /// The services as routes.
 pub async fn routes(shared: &Shared) -> Router {
@@ -47,58 +34,5 @@ fn reflection() -> tonic_reflection::server::Builder<'static> {
         .register_encoded_file_descriptor_set(tonic_health::pb::FILE_DESCRIPTOR_SET)
 }
 
+/// All services: what they share is what they serve from.
 struct Service(Shared);
-
-#[tonic::async_trait]
-impl Ingest for Service {
-    async fn upload(&self, request: Request<v1::UploadRequest>) -> Result<Response<v1::UploadResponse>, Status> {
-        let upload = into_upload(request.into_inner()).map_err(Refusal::from)?;
-        let upload_id = upload.upload_id.to_string();
-        let status = match ingest(&self.0, upload).await? {
-            Ingested::Duplicate => v1::UploadStatus::Duplicate,
-            _ => v1::UploadStatus::Accepted,
-        };
-        Ok(Response::new(v1::UploadResponse { upload_id, status: status.into() }))
-    }
-}
-
-#[tonic::async_trait]
-impl FleetHealth for Service {
-    async fn list_tails(
-        &self,
-        request: Request<v1::ListTailsRequest>,
-    ) -> Result<Response<v1::ListTailsResponse>, Status> {
-        let v1::ListTailsRequest { limit, cursor } = request.into_inner();
-        let limit = grpc_limit(limit)?;
-        let after: Option<TailNumber> = match cursor.as_str() {
-            "" => None,
-            text => Some(text.parse().map_err(|_| Refusal::parameter("cursor", "must be a cursor of this call"))?),
-        };
-        Ok(Response::new(answer::tails(&self.0.state, after.as_ref(), limit).await?.into()))
-    }
-
-    async fn get_rul(&self, request: Request<v1::GetRulRequest>) -> Result<Response<v1::Rul>, Status> {
-        let v1::GetRulRequest { tail, position, within_fh } = request.into_inner();
-        let mut invalid = domain::Invalid::default();
-        let tail = invalid.check("#/tail", tail.parse::<TailNumber>());
-        let position = invalid.check("#/position", position.parse::<Position>());
-        let place = invalid.into_result(tail.zip(position)).map_err(Refusal::from)?;
-        let within_fh = grpc_within(within_fh)?;
-        let installed = answer::installed_at(&self.0.state, &place.0, &place.1).await?;
-        Ok(Response::new(answer::rul(&self.0.state, &installed, within_fh.as_deref()).into()))
-    }
-}
-
-#[tonic::async_trait]
-impl Models for Service {
-    async fn get_mask(&self, request: Request<v1::GetMaskRequest>) -> Result<Response<v1::Mask>, Status> {
-        let hash: Option<ContentHash> = match request.into_inner().model.as_str() {
-            "" => None,
-            text => Some(
-                text.parse()
-                    .map_err(|error: domain::hash::InvalidHash| Refusal::parameter("model", error.to_string()))?,
-            ),
-        };
-        Ok(Response::new(answer::mask(&self.0.state, hash.as_ref()).await?.into()))
-    }
-}

@@ -2,7 +2,7 @@
 
 use std::{collections::HashMap, sync::Arc, sync::RwLock};
 
-use domain::{ContentHash, Invalid, OperatorId, Upload};
+use domain::{ContentHash, Invalid, OperatorId, Upload, UploadId, metric};
 use proto::json::Ingested;
 use store::{PublishedMask, Receipt};
 
@@ -25,10 +25,95 @@ impl Masks {
     }
 }
 
+/// Uploads of one sequence that wait for the disk together: they share transactions.
+pub const IN_FLIGHT: usize = 64;
+
+/// The way on which an upload came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Transport {
+    /// One JSON body.
+    Rest,
+    /// A line of many.
+    Ndjson,
+    /// One message.
+    Grpc,
+    /// A message of a stream.
+    GrpcStream,
+}
+
+impl Transport {
+    fn as_str(self) -> &'static str {
+        match self {
+            Self::Rest => "rest",
+            Self::Ndjson => "ndjson",
+            Self::Grpc => "grpc",
+            Self::GrpcStream => "grpc_stream",
+        }
+    }
+
+    /// Counts what became of an upload.
+    fn count(self, status: Ingested) {
+        let outcome = match status {
+            Ingested::Accepted => "accepted",
+            Ingested::Duplicate => "duplicate",
+            Ingested::Conflict => "conflict",
+            Ingested::Invalid => "invalid",
+            Ingested::Unavailable => "unavailable",
+        };
+        metrics::counter!(metric::UPLOADS.name, "transport" => self.as_str(), "outcome" => outcome).increment(1);
+    }
+}
+
 /// Stores an upload of the operator that acts; returns `Accepted` or `Duplicate` once it is durable.
-pub async fn ingest(shared: &Shared, upload: Upload) -> Result<Ingested, Refusal> {
-    let checked = check(shared, upload).await?;
-    keep(shared, checked).await
+pub async fn ingest(
+    shared: &Shared,
+    transport: Transport,
+    upload: Result<Upload, Refusal>,
+) -> Result<Ingested, Refusal> {
+    let outcome = match upload {
+        Ok(upload) => check(shared, upload).await,
+        Err(refusal) => Err(refusal),
+    };
+    let Kept { status, refusal, .. } = Judged { number: 1, upload_id: None, outcome }.keep(shared, transport).await;
+    refusal.map_or(Ok(status), Err)
+}
+
+/// An upload of a sequence that may be stored, or why it may not.
+pub struct Judged {
+    /// Its place in the sequence, from 1.
+    pub number: u64,
+    /// Its name, as far as it is one.
+    pub upload_id: Option<UploadId>,
+    /// Whether it may be stored.
+    pub outcome: Result<Checked, Refusal>,
+}
+
+/// What became of an upload of a sequence.
+pub struct Kept {
+    /// Its place in the sequence, from 1.
+    pub number: u64,
+    /// Its name, as far as it is one.
+    pub upload_id: Option<UploadId>,
+    /// What became of it.
+    pub status: Ingested,
+    /// Why it was not stored.
+    pub refusal: Option<Refusal>,
+}
+
+impl Judged {
+    /// Stores it if it may be. It takes its place in the queue when this is first polled.
+    pub async fn keep(self, shared: &Shared, transport: Transport) -> Kept {
+        let outcome = match self.outcome {
+            Ok(checked) => keep(shared, checked).await,
+            Err(refusal) => Err(refusal),
+        };
+        let (status, refusal) = match outcome {
+            Ok(status) => (status, None),
+            Err(refusal) => (refusal.ingested(), Some(refusal)),
+        };
+        transport.count(status);
+        Kept { number: self.number, upload_id: self.upload_id, status, refusal }
+    }
 }
 
 /// An upload that may be stored.
@@ -47,8 +132,7 @@ pub async fn check(shared: &Shared, upload: Upload) -> Result<Checked, Refusal> 
     Ok(Checked(upload))
 }
 
-/// Stores a checked upload. It takes its place in the queue when this is first polled.
-pub async fn keep(shared: &Shared, Checked(upload): Checked) -> Result<Ingested, Refusal> {
+async fn keep(shared: &Shared, Checked(upload): Checked) -> Result<Ingested, Refusal> {
     let upload_id = upload.upload_id.clone();
     match shared.state.store.accept(&OperatorId::default(), upload, (shared.state.clock)()).await? {
         Receipt::Accepted => Ok(Ingested::Accepted),

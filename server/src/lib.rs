@@ -11,6 +11,7 @@ mod answer;
 mod app;
 mod cursor;
 mod grpc;
+mod history;
 mod ingest;
 mod ndjson;
 mod page;

@@ -5,21 +5,19 @@ use std::{convert::Infallible, time::Duration};
 
 use axum::body::{Body, BodyDataStream};
 use bytes::{Bytes, BytesMut};
-use domain::{TailNumber, UploadId};
+use domain::TailNumber;
 use futures_util::{StreamExt, stream};
-use proto::json::{self, Ingested, LineResult, UploadBody};
+use proto::json::{self, LineResult, UploadBody};
 
 use crate::{
     app::Shared,
-    ingest::{Checked, check, keep},
+    ingest::{IN_FLIGHT, Judged, Kept, Transport, check},
     refusal::Refusal,
     rest::MAX_UPLOAD_BYTES,
 };
 
 /// Largest body.
 const MAX_BODY_BYTES: usize = 16 << 20;
-/// Lines that wait for the disk together: they share transactions.
-const IN_FLIGHT: usize = 64;
 /// Longest silence of the sender.
 const SILENCE: Duration = Duration::from_secs(30);
 
@@ -37,7 +35,7 @@ pub fn results(shared: Shared, tail: TailNumber, body: Body) -> Body {
     });
     let results = checked.map(move |judged| {
         let shared = shared.clone();
-        async move { Ok::<_, Infallible>(encode(&judged.keep(&shared).await)) }
+        async move { Ok::<_, Infallible>(encode(&result(judged.keep(&shared, Transport::Ndjson).await))) }
     });
     Body::from_stream(results.buffered(IN_FLIGHT))
 }
@@ -48,20 +46,13 @@ fn encode(result: &LineResult) -> Bytes {
     line.into()
 }
 
-/// A line that may be stored, or why it may not.
-struct Judged {
-    number: u64,
-    upload_id: Option<String>,
-    outcome: Result<Checked, Refusal>,
-}
-
 async fn judge(shared: &Shared, tail: TailNumber, line: Line) -> Judged {
     let refused = |refusal| Judged { number: line.number, upload_id: None, outcome: Err(refusal) };
     let body: UploadBody = match line.text.and_then(|text| Ok(json::parse(&text)?)) {
         Ok(body) => body,
         Err(refusal) => return refused(refusal),
     };
-    let upload_id = body.upload_id.parse::<UploadId>().ok().map(String::from);
+    let upload_id = body.upload_id.parse().ok();
     let outcome = match body.into_upload(tail) {
         Ok(upload) => check(shared, upload).await,
         Err(invalid) => Err(invalid.into()),
@@ -69,24 +60,12 @@ async fn judge(shared: &Shared, tail: TailNumber, line: Line) -> Judged {
     Judged { number: line.number, upload_id, outcome }
 }
 
-impl Judged {
-    async fn keep(self, shared: &Shared) -> LineResult {
-        let outcome = match self.outcome {
-            Ok(checked) => keep(shared, checked).await,
-            Err(refusal) => Err(refusal),
-        };
-        let (status, error) = match outcome {
-            Ok(status) => (status, None),
-            Err(refusal) => {
-                let status = match refusal {
-                    Refusal::Conflict(_) => Ingested::Conflict,
-                    Refusal::Unavailable(_) | Refusal::Internal => Ingested::Unavailable,
-                    _ => Ingested::Invalid,
-                };
-                (status, Some(refusal.problem()))
-            }
-        };
-        LineResult { line: self.number, upload_id: self.upload_id, status, error }
+fn result(kept: Kept) -> LineResult {
+    LineResult {
+        line: kept.number,
+        upload_id: kept.upload_id.map(String::from),
+        status: kept.status,
+        error: kept.refusal.map(|refusal| refusal.problem()),
     }
 }
 

@@ -131,7 +131,7 @@ fn hours(text: &str) -> Option<f64> {
 }
 
 /// Whether a number is a plausible count of flight hours.
-pub fn is_hours(hours: f64) -> bool {
+fn is_hours(hours: f64) -> bool {
     (0.0..=MAX_HOURS).contains(&hours)
 }
 
@@ -141,6 +141,14 @@ pub fn grpc_limit(limit: u32) -> Result<u32, Refusal> {
         0 => Ok(DEFAULT_LIMIT),
         1..=MAX_LIMIT => Ok(limit),
         _ => Err(Refusal::parameter("limit", format!("{limit} must be a number from 1 to 1000"))),
+    }
+}
+
+/// Flight hours that a gRPC caller gives.
+pub fn grpc_hours(name: &str, hours: Option<f64>) -> Result<Option<f64>, Refusal> {
+    match hours.filter(|&hours| !is_hours(hours)) {
+        None => Ok(hours),
+        Some(absurd) => Err(Refusal::parameter(name, format!("{absurd} must be flight hours, 0 to 1000000"))),
     }
 }
 

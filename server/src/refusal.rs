@@ -13,7 +13,8 @@ use axum::{
 use domain::{Invalid, UploadId};
 use proto::{
     grpc::field_path,
-    json::{BodyError, FieldError, Problem},
+    json::{BodyError, FieldError, Ingested, Problem},
+    v1,
 };
 use store::StoreError;
 use tonic::{Code, Status};
@@ -119,6 +120,24 @@ impl Refusal {
         }
     }
 
+    /// What became of an upload that was refused so.
+    pub fn ingested(&self) -> Ingested {
+        match self {
+            Self::Conflict(_) => Ingested::Conflict,
+            Self::Unavailable(_) | Self::Internal => Ingested::Unavailable,
+            _ => Ingested::Invalid,
+        }
+    }
+
+    /// The fields at fault in protobuf's manner.
+    pub fn field_violations(&self) -> Vec<v1::FieldViolation> {
+        let field = |error: FieldError| v1::FieldViolation {
+            field: error.pointer.as_deref().map(field_path).or(error.parameter).unwrap_or_default(),
+            description: error.detail,
+        };
+        self.problem().errors.into_iter().map(field).collect()
+    }
+
     fn code(&self) -> Code {
         match self {
             Self::Malformed(_) | Self::Invalid(_) | Self::Parameters(_) => Code::InvalidArgument,
@@ -146,19 +165,16 @@ impl IntoResponse for Refusal {
 
 impl From<Refusal> for Status {
     fn from(refusal: Refusal) -> Self {
-        let problem = refusal.problem();
-        let field = |error: FieldError| {
-            let name = error.pointer.as_deref().map(field_path).or(error.parameter).unwrap_or_default();
-            FieldViolation::new(name, error.detail)
-        };
+        let violations = refusal.field_violations();
         let mut details = ErrorDetails::new();
-        if !problem.errors.is_empty() {
-            details.set_bad_request(problem.errors.into_iter().map(field).collect::<Vec<_>>());
+        if !violations.is_empty() {
+            let violation = |v: v1::FieldViolation| FieldViolation::new(v.field, v.description);
+            details.set_bad_request(violations.into_iter().map(violation).collect::<Vec<_>>());
         }
         if let Refusal::Unavailable(_) = refusal {
             details.set_retry_info(Some(Duration::from_secs(RETRY_AFTER_S)));
         }
-        Status::with_error_details(refusal.code(), problem.detail, details)
+        Status::with_error_details(refusal.code(), refusal.to_string(), details)
     }
 }
 

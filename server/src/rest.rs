@@ -6,7 +6,7 @@ mod probes;
 mod tails;
 mod uploads;
 
-use domain::{Position, TailNumber};
+use domain::{Component, OperatorId, PartNumber, Position, SerialNumber, TailNumber};
 use serde::Deserialize;
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -33,6 +33,7 @@ pub fn router() -> OpenApiRouter<Shared> {
         .routes(routes!(tails::ruls))
         .routes(routes!(tails::rul))
         .routes(routes!(health::get))
+        .routes(routes!(health::of_component))
         .routes(routes!(models::list))
         .routes(routes!(models::get))
         .routes(routes!(models::mask))
@@ -55,4 +56,18 @@ pub struct Place {
     pub tail: TailNumber,
     /// The position.
     pub position: Position,
+}
+
+/// A component in a path.
+#[derive(Deserialize)]
+pub struct Unit {
+    part: PartNumber,
+    serial: SerialNumber,
+}
+
+impl Unit {
+    /// The component of the operator that acts.
+    pub fn component(self) -> Component {
+        Component { operator: OperatorId::default(), part_number: self.part, serial_number: self.serial }
+    }
 }

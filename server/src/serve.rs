@@ -13,6 +13,7 @@ use tokio::{
     task::JoinSet,
     time::timeout,
 };
+use tokio_util::sync::CancellationToken;
 
 use crate::{State, app};
 
@@ -28,7 +29,8 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 /// Serves REST, gRPC and pages on `listener` until `shutdown` completes; then lets answers under
 /// way end, for at most five seconds.
 pub async fn serve(listener: TcpListener, state: State, shutdown: impl Future<Output = ()>) {
-    let router = app::router(state).await;
+    let stopping = CancellationToken::new();
+    let router = app::router(state, stopping.clone()).await;
     let builder = builder();
     let graceful = GracefulShutdown::new();
     let mut connections = JoinSet::new();
@@ -48,6 +50,7 @@ pub async fn serve(listener: TcpListener, state: State, shutdown: impl Future<Ou
         }
     }
     drop(listener);
+    stopping.cancel();
     if timeout(DRAIN, graceful.shutdown()).await.is_err() {
         tracing::warn!(connections = connections.len(), "connections were cut off after the drain");
     }

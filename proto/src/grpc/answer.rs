@@ -45,19 +45,27 @@ impl From<json::RulBody> for v1::Rul {
             code_version: body.code_version,
             pending_uploads: body.pending_uploads,
             advisory: body.advisory,
+            load: body.load.map(Into::into),
         }
     }
 }
 
-fn each<T: Into<U>, U>(items: Vec<T>) -> Vec<U> {
+pub(super) fn each<T: Into<U>, U>(items: Vec<T>) -> Vec<U> {
     items.into_iter().map(Into::into).collect()
+}
+
+/// The time of a text that was written from a time.
+pub(super) fn written_time(text: &str) -> Option<prost_types::Timestamp> {
+    text.parse::<Timestamp>().ok().map(timestamp)
 }
 
 impl From<json::AsOfBody> for v1::AsOf {
     fn from(as_of: json::AsOfBody) -> Self {
-        // The text was written from a time.
-        let recorded_at = as_of.recorded_at.parse::<Timestamp>().ok().map(timestamp);
-        Self { flight_hours: as_of.flight_hours, recorded_at, upload_id: as_of.upload_id }
+        Self {
+            flight_hours: as_of.flight_hours,
+            recorded_at: written_time(&as_of.recorded_at),
+            upload_id: as_of.upload_id,
+        }
     }
 }
 
@@ -112,6 +120,42 @@ impl From<json::MonteCarlo> for v1::MonteCarlo {
     }
 }
 
+impl From<json::LoadSource> for v1::LoadSource {
+    fn from(source: json::LoadSource) -> Self {
+        match source {
+            json::LoadSource::StrainAndAirData => Self::StrainAndAirData,
+            json::LoadSource::Strain => Self::Strain,
+            json::LoadSource::AirData => Self::AirData,
+        }
+    }
+}
+
+impl From<json::LoadBody> for v1::HingeLoad {
+    fn from(load: json::LoadBody) -> Self {
+        let json::LoadBody { hinge_moment_nm, sigma_nm, ratio, source, excluded_sensors, sensor_configuration } = load;
+        let source = v1::LoadSource::from(source).into();
+        Self { hinge_moment_nm, sigma_nm, ratio, source, excluded_sensors, sensor_configuration }
+    }
+}
+
+impl From<json::TailBody> for v1::TailDetail {
+    fn from(tail: json::TailBody) -> Self {
+        Self {
+            tail: tail.tail,
+            status: v1::Status::from(tail.status).into(),
+            rul_p10_fh: tail.rul_p10_fh,
+            positions: each(tail.positions),
+        }
+    }
+}
+
+impl From<json::PositionItem> for v1::PositionDetail {
+    fn from(item: json::PositionItem) -> Self {
+        let json::PositionItem { position, part_number, serial_number, life, prognosis } = item;
+        Self { position, part_number, serial_number, life, prognosis: Some(prognosis.into()) }
+    }
+}
+
 impl From<json::TailItem> for v1::Tail {
     fn from(item: json::TailItem) -> Self {
         Self {
@@ -133,5 +177,18 @@ impl From<json::MaskBody> for v1::Mask {
     fn from(mask: json::MaskBody) -> Self {
         let json::MaskBody { mask_id, model, coordinate, points, unit } = mask;
         Self { mask_id, model, coordinate, points, unit }
+    }
+}
+
+impl From<json::ModelItem> for v1::Model {
+    fn from(item: json::ModelItem) -> Self {
+        let json::ModelItem { hash, active, mask_ids, fault_names, nominal, min_samples, prior } = item;
+        Self { hash, active, mask_ids, fault_names, nominal, min_samples: min_samples as u64, prior }
+    }
+}
+
+impl From<json::Page<json::ModelItem>> for v1::ListModelsResponse {
+    fn from(page: json::Page<json::ModelItem>) -> Self {
+        Self { items: each(page.items) }
     }
 }

@@ -6,7 +6,7 @@ use domain::{Estimate, State};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{AsOfBody, Fault, FaultsByName, RulQuantiles};
+use super::{AsOfBody, Fault, FaultsByName, LoadBody, RulQuantiles};
 
 /// Whether an upload could be diagnosed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -36,9 +36,9 @@ pub struct HealthItem {
     /// Faults by name.
     #[schema(required)]
     pub fault_vector: Option<BTreeMap<String, FaultEstimate>>,
-    /// Hinge moment estimated from strain; null without strain.
+    /// The actuator's load; null where neither strain nor air data tell it.
     #[schema(required)]
-    pub load: Option<HingeMoment>,
+    pub load: Option<LoadBody>,
     /// Whether the samples fit any healthy or faulty map; null when undiagnosable.
     #[schema(required)]
     pub plausible: Option<bool>,
@@ -60,15 +60,6 @@ pub struct FaultEstimate {
     pub value: f64,
     /// Its standard deviation.
     pub sigma: f64,
-}
-
-/// Aerodynamic hinge moment of the surface that the actuator drives.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct HingeMoment {
-    /// The moment, N m.
-    pub hinge_moment_nm: f64,
-    /// Its standard deviation, N m.
-    pub sigma_nm: f64,
 }
 
 impl HealthItem {
@@ -93,7 +84,7 @@ impl HealthItem {
             outcome,
             reason,
             fault_vector: faults,
-            load: None,
+            load: estimate.load.as_ref().map(LoadBody::from),
             plausible: diagnosis.map(|diagnosis| diagnosis.plausible),
             load_invariant: diagnosis.map(|diagnosis| diagnosis.load_invariant),
             mask_id: estimate.mask_id.to_string(),

@@ -6,6 +6,8 @@ use domain::{AsOf, FaultTrend, Propagation, RulDistribution};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::LoadBody;
+
 /// How to read a prognosis now: the first that applies. Ordered from the worst to the best; unknown
 /// is worse than any forecast.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
@@ -77,6 +79,9 @@ pub struct RulBody {
     /// The fault that most often drives the end of life.
     #[schema(required)]
     pub dominant_fault: Option<String>,
+    /// The actuator's load in the newest data that tells it.
+    #[schema(required)]
+    pub load: Option<LoadBody>,
     /// The refitted propagation model.
     #[schema(required)]
     pub propagation: Option<PropagationBody>,

@@ -7,15 +7,14 @@ use axum::{
 };
 use domain::Component;
 use proto::json::{HealthItem, Page, Problem, StateItem};
-use store::LifeCursor;
 use utoipa::ToSchema;
 
-use super::Place;
+use super::{Place, Unit};
 use crate::{
-    answer::{self, fault_models, fault_names, next_cursor},
+    answer,
     app::Shared,
-    cursor,
-    parameters::{Named, Pairs, Parameters},
+    history::{History, Range, View, history},
+    parameters::{Named, Pairs},
     refusal::Refusal,
 };
 
@@ -24,7 +23,7 @@ use crate::{
 #[schema(as = Health)]
 #[allow(dead_code, reason = "documentation only: the handler answers with the page itself")]
 #[serde(untagged)]
-pub enum View {
+pub enum HealthBody {
     /// The default view.
     Estimates(Page<HealthItem>),
     /// With `view=states`.
@@ -47,7 +46,7 @@ pub enum View {
         ("view" = Option<String>, Query, description = "`estimates` (default) or `states`"),
     ),
     responses(
-        (status = 200, description = "One page", body = View),
+        (status = 200, description = "One page", body = HealthBody),
         (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
     )
 )]
@@ -56,63 +55,54 @@ pub async fn get(
     Named(place): Named<Place>,
     pairs: Pairs,
 ) -> Result<Response, Refusal> {
-    let mut parameters = pairs.read(&["from_fh", "to_fh", "limit", "cursor", "view"]);
-    let range = Range::read(&mut parameters);
-    let views = |text: &str| ["estimates", "states"].contains(&text).then(|| text == "states");
-    if parameters.parsed("view", "estimates or states", views).unwrap_or_default() {
-        let after = parameters.parsed("cursor", "a cursor of this view", |text| text.parse().ok());
-        parameters.finish()?;
-        let component = component_at(&shared, &place).await?;
-        Ok(Json(states(&shared, &component, &range, after).await?).into_response())
-    } else {
-        let after = parameters.parsed("cursor", "a cursor of this view", cursor::decode);
-        parameters.finish()?;
-        let component = component_at(&shared, &place).await?;
-        Ok(Json(estimates(&shared, &component, &range, after).await?).into_response())
-    }
-}
-
-/// Which part of the history, and how much of it at once.
-struct Range {
-    from_fh: Option<f64>,
-    to_fh: Option<f64>,
-    limit: u32,
-}
-
-impl Range {
-    fn read(parameters: &mut Parameters) -> Self {
-        Self { from_fh: parameters.hours("from_fh"), to_fh: parameters.hours("to_fh"), limit: parameters.limit() }
-    }
-}
-
-async fn component_at(shared: &Shared, place: &Place) -> Result<Component, Refusal> {
+    let (range, view) = read(pairs)?;
     let installed = answer::installed_at(&shared.state, &place.tail, &place.position).await?;
-    Ok(answer::component(&installed))
+    page(&shared, &answer::component(&installed), &range, view).await
 }
 
-async fn estimates(
-    shared: &Shared,
-    component: &Component,
-    range: &Range,
-    after: Option<LifeCursor>,
-) -> Result<Page<HealthItem>, Refusal> {
-    let store = &shared.state.store;
-    let read = store.estimates(component, range.from_fh, range.to_fh, after.as_ref(), range.limit + 1);
-    let mut estimates = read.await?;
-    let next_cursor = next_cursor(&mut estimates, range.limit, |estimate| cursor::encode(&LifeCursor::from(estimate)));
-    let models = fault_models(&shared.state).await?;
-    let items = estimates.iter().map(|estimate| HealthItem::new(estimate, fault_names(&models, &estimate.model)));
-    Ok(Page { items: items.collect(), next_cursor })
+/// The history of the present life of a component, in the order of the life, wherever it was installed.
+#[utoipa::path(
+    get, path = "/v1/components/{part}/{serial}/health", tag = "health", operation_id = "getComponentHealth",
+    params(
+        ("part" = String, Path, description = "Part number"),
+        ("serial" = String, Path, description = "Serial number"),
+        ("from_fh" = Option<f64>, Query, description = "First flight hours of interest"),
+        ("to_fh" = Option<f64>, Query, description = "Flight hours before which to end"),
+        ("limit" = Option<u32>, Query, description = "1 to 1000, default 50"),
+        ("cursor" = Option<String>, Query, description = "`next_cursor` of the page before"),
+        ("view" = Option<String>, Query, description = "`estimates` (default) or `states`"),
+    ),
+    responses(
+        (status = 200, description = "One page", body = HealthBody),
+        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub async fn of_component(
+    Extract(shared): Extract<Shared>,
+    Named(unit): Named<Unit>,
+    pairs: Pairs,
+) -> Result<Response, Refusal> {
+    let (range, view) = read(pairs)?;
+    let component = answer::known(&shared.state, unit.component()).await?;
+    page(&shared, &component, &range, view).await
 }
 
-async fn states(
-    shared: &Shared,
-    component: &Component,
-    range: &Range,
-    after: Option<u64>,
-) -> Result<Page<StateItem>, Refusal> {
-    let store = &shared.state.store;
-    let mut states = store.states(component, range.from_fh, range.to_fh, after, range.limit + 1).await?;
-    let next_cursor = next_cursor(&mut states, range.limit, |state| state.block.to_string());
-    Ok(Page { items: states.iter().map(StateItem::from).collect(), next_cursor })
+fn read(pairs: Pairs) -> Result<(Range, View), Refusal> {
+    let mut parameters = pairs.read(&["from_fh", "to_fh", "limit", "cursor", "view"]);
+    let range =
+        Range { from_fh: parameters.hours("from_fh"), to_fh: parameters.hours("to_fh"), limit: parameters.limit() };
+    let views = |text: &str| ["estimates", "states"].contains(&text).then(|| text == "states");
+    let states = parameters.parsed("view", "estimates or states", views).unwrap_or_default();
+    let (first, after): (View, fn(&str) -> Option<View>) =
+        if states { (View::States(None), View::states_after) } else { (View::Estimates(None), View::estimates_after) };
+    let view = parameters.parsed("cursor", "a cursor of this view", after).unwrap_or(first);
+    parameters.finish()?;
+    Ok((range, view))
+}
+
+async fn page(shared: &Shared, component: &Component, range: &Range, view: View) -> Result<Response, Refusal> {
+    Ok(match history(&shared.state, component, range, view).await? {
+        History::Estimates(page) => Json(page).into_response(),
+        History::States(page) => Json(page).into_response(),
+    })
 }

@@ -22,9 +22,7 @@ pub struct One {
     )
 )]
 pub async fn list(Extract(shared): Extract<Shared>) -> Result<Json<Page<ModelItem>>, Refusal> {
-    let bundles = shared.state.store.bundles().await?;
-    let items = bundles.iter().map(|bundle| ModelItem::new(&bundle.summary, bundle.active)).collect();
-    Ok(Json(Page { items, next_cursor: None }))
+    Ok(Json(answer::models(&shared.state).await?))
 }
 
 /// One model bundle.

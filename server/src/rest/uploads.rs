@@ -10,7 +10,7 @@ use axum::{
     },
     response::{IntoResponse, Response},
 };
-use domain::{OperatorId, UploadId};
+use domain::{OperatorId, TailNumber, Upload, UploadId};
 use http_body_util::LengthLimitError;
 use proto::json::{self, HealthItem, Ingested, Problem, UploadAck, UploadBody, UploadState, UploadStatusBody};
 use serde::Deserialize;
@@ -19,7 +19,7 @@ use super::Tail;
 use crate::{
     answer::{fault_models, fault_names},
     app::Shared,
-    ingest::ingest,
+    ingest::{Transport, ingest},
     ndjson,
     parameters::Named,
     refusal::Refusal,
@@ -68,12 +68,18 @@ pub async fn post(
         let results = ndjson::results(shared, tail, body);
         return Ok(([(CONTENT_TYPE, NDJSON)], results).into_response());
     }
-    let body: UploadBody = json::parse(&read(&parts.headers, body).await?)?;
-    let upload = body.into_upload(tail)?;
-    let upload_id = upload.upload_id.to_string();
-    let status = ingest(&shared, upload).await?;
+    let upload = match read(&parts.headers, body).await {
+        Ok(bytes) => parse(&bytes, tail),
+        Err(refusal) => Err(refusal),
+    };
+    let upload_id = upload.as_ref().map(|upload| upload.upload_id.to_string()).unwrap_or_default();
+    let status = ingest(&shared, Transport::Rest, upload).await?;
     let code = if status == Ingested::Accepted { StatusCode::ACCEPTED } else { StatusCode::OK };
     Ok((code, Json(UploadAck { upload_id, status })).into_response())
+}
+
+fn parse(bytes: &[u8], tail: TailNumber) -> Result<Upload, Refusal> {
+    Ok(json::parse::<UploadBody>(bytes)?.into_upload(tail)?)
 }
 
 /// `application/json` or `application/x-ndjson`, whatever their parameters.

@@ -9,7 +9,7 @@ use crate::house::{House, forecast};
 
 const RUL: &str = "/v1/tails/EC-MXA/positions/AIL-L/rul";
 const HEALTH: &str = "/v1/tails/EC-MXA/positions/AIL-L/health";
-const FIELDS: [&str; 25] = [
+const FIELDS: [&str; 26] = [
     "tail",
     "position",
     "part_number",
@@ -25,6 +25,7 @@ const FIELDS: [&str; 25] = [
     "end_of_life",
     "fault_vector",
     "dominant_fault",
+    "load",
     "propagation",
     "monte_carlo",
     "model",

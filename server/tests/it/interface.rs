@@ -28,6 +28,7 @@ async fn the_document_lists_every_route() {
     let expected = [
         "get /healthz",
         "get /readyz",
+        "get /v1/components/{part}/{serial}/health",
         "get /v1/models",
         "get /v1/models/{hash}",
         "get /v1/models/{hash}/mask",

@@ -1,0 +1,65 @@
+//! Histories: a page of either view.
+
+use super::answer::{each, written_time};
+use crate::{json, v1};
+
+impl From<json::Page<json::HealthItem>> for v1::ListHealthResponse {
+    fn from(page: json::Page<json::HealthItem>) -> Self {
+        Self { estimates: each(page.items), states: Vec::new(), next_cursor: page.next_cursor }
+    }
+}
+
+impl From<json::Page<json::StateItem>> for v1::ListHealthResponse {
+    fn from(page: json::Page<json::StateItem>) -> Self {
+        Self { estimates: Vec::new(), states: each(page.items), next_cursor: page.next_cursor }
+    }
+}
+
+impl From<json::HealthItem> for v1::Estimate {
+    fn from(item: json::HealthItem) -> Self {
+        Self {
+            recorded_at: written_time(&item.recorded_at),
+            upload_id: item.upload_id,
+            flight_hours: item.flight_hours,
+            outcome: v1::Outcome::from(item.outcome).into(),
+            reason: item.reason,
+            fault_vector: item.fault_vector.into_iter().flatten().map(|(name, fault)| (name, fault.into())).collect(),
+            load: item.load.map(Into::into),
+            plausible: item.plausible,
+            load_invariant: item.load_invariant,
+            mask_id: item.mask_id,
+            model: item.model,
+            numerics_version: item.numerics_version,
+        }
+    }
+}
+
+impl From<json::Outcome> for v1::Outcome {
+    fn from(outcome: json::Outcome) -> Self {
+        match outcome {
+            json::Outcome::Diagnosed => Self::Diagnosed,
+            json::Outcome::Undiagnosable => Self::Undiagnosable,
+        }
+    }
+}
+
+impl From<json::FaultEstimate> for v1::FaultEstimate {
+    fn from(json::FaultEstimate { value, sigma }: json::FaultEstimate) -> Self {
+        Self { value, sigma }
+    }
+}
+
+impl From<json::StateItem> for v1::State {
+    fn from(item: json::StateItem) -> Self {
+        Self {
+            block: item.block,
+            from_fh: item.from_fh,
+            as_of: Some(item.as_of.into()),
+            observations: item.observations as u64,
+            fault_vector: item.fault_vector.into_iter().map(|(name, fault)| (name, fault.into())).collect(),
+            rul_fh: Some(item.rul_fh.into()),
+            censored_fraction: item.censored_fraction,
+            horizon_fh: item.horizon_fh,
+        }
+    }
+}

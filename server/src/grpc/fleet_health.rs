@@ -1,0 +1,109 @@
+//! `FleetHealth`: tails, remaining lives, histories.
+
+use domain::{Component, Invalid, OperatorId, Position, TailNumber};
+use proto::{
+    json::TailBody,
+    v1::{self, fleet_health_server::FleetHealth},
+};
+use tonic::{Request, Response, Status};
+
+use super::Service;
+use crate::{
+    State, answer,
+    history::{History, Range, View, history},
+    parameters::{grpc_hours, grpc_limit, grpc_within},
+    refusal::Refusal,
+};
+
+#[tonic::async_trait]
+impl FleetHealth for Service {
+    async fn list_tails(
+        &self,
+        request: Request<v1::ListTailsRequest>,
+    ) -> Result<Response<v1::ListTailsResponse>, Status> {
+        let v1::ListTailsRequest { limit, cursor } = request.into_inner();
+        let limit = grpc_limit(limit)?;
+        let after: Option<TailNumber> = match cursor.as_str() {
+            "" => None,
+            text => Some(text.parse().map_err(|_| Refusal::parameter("cursor", "must be a cursor of this call"))?),
+        };
+        Ok(Response::new(answer::tails(&self.0.state, after.as_ref(), limit).await?.into()))
+    }
+
+    async fn get_tail(&self, request: Request<v1::GetTailRequest>) -> Result<Response<v1::TailDetail>, Status> {
+        let mut invalid = Invalid::default();
+        let tail = invalid.check("#/tail", request.into_inner().tail.parse::<TailNumber>());
+        let tail = invalid.into_result(tail).map_err(Refusal::from)?;
+        let ruls = answer::tail_ruls(&self.0.state, &tail, None).await?;
+        Ok(Response::new(TailBody::new(tail.into(), ruls).into()))
+    }
+
+    async fn get_rul(&self, request: Request<v1::GetRulRequest>) -> Result<Response<v1::Rul>, Status> {
+        let v1::GetRulRequest { tail, position, within_fh } = request.into_inner();
+        let (tail, position) = place(&tail, &position)?;
+        let within_fh = grpc_within(within_fh)?;
+        let installed = answer::installed_at(&self.0.state, &tail, &position).await?;
+        Ok(Response::new(answer::rul(&self.0.state, &installed, within_fh.as_deref()).into()))
+    }
+
+    async fn list_health(
+        &self,
+        request: Request<v1::ListHealthRequest>,
+    ) -> Result<Response<v1::ListHealthResponse>, Status> {
+        let request = request.into_inner();
+        let range = Range {
+            from_fh: grpc_hours("from_fh", request.from_fh)?,
+            to_fh: grpc_hours("to_fh", request.to_fh)?,
+            limit: grpc_limit(request.limit)?,
+        };
+        let view = view(&request)?;
+        let component = component(&self.0.state, &request).await?;
+        let page = match history(&self.0.state, &component, &range, view).await? {
+            History::Estimates(page) => page.into(),
+            History::States(page) => page.into(),
+        };
+        Ok(Response::new(page))
+    }
+}
+
+fn place(tail: &str, position: &str) -> Result<(TailNumber, Position), Refusal> {
+    let mut invalid = Invalid::default();
+    let tail = invalid.check("#/tail", tail.parse());
+    let position = invalid.check("#/position", position.parse());
+    Ok(invalid.into_result(tail.zip(position))?)
+}
+
+fn view(request: &v1::ListHealthRequest) -> Result<View, Refusal> {
+    let view = v1::HealthView::try_from(request.view)
+        .map_err(|_| Refusal::parameter("view", format!("{} must be 0, 1 or 2", request.view)))?;
+    let (first, after): (View, fn(&str) -> Option<View>) = match view {
+        v1::HealthView::Unspecified | v1::HealthView::Estimates => (View::Estimates(None), View::estimates_after),
+        v1::HealthView::States => (View::States(None), View::states_after),
+    };
+    match request.cursor.as_str() {
+        "" => Ok(first),
+        text => after(text).ok_or_else(|| Refusal::parameter("cursor", "must be a cursor of this view")),
+    }
+}
+
+/// The component that is named by its place, or by itself.
+async fn component(state: &State, request: &v1::ListHealthRequest) -> Result<Component, Refusal> {
+    let v1::ListHealthRequest { tail, position, part_number, serial_number, .. } = request;
+    let given = |texts: [&String; 2]| texts.iter().any(|text| !text.is_empty());
+    match (given([tail, position]), given([part_number, serial_number])) {
+        (true, false) => {
+            let (tail, position) = place(tail, position)?;
+            Ok(answer::component(&answer::installed_at(state, &tail, &position).await?))
+        }
+        (false, true) => {
+            let mut invalid = Invalid::default();
+            let part_number = invalid.check("#/part_number", part_number.parse());
+            let serial_number = invalid.check("#/serial_number", serial_number.parse());
+            let (part_number, serial_number) = invalid.into_result(part_number.zip(serial_number))?;
+            let component = Component { operator: OperatorId::default(), part_number, serial_number };
+            answer::known(state, component).await
+        }
+        (false, false) => Err(Refusal::parameter("tail", "name a place, or a component by its numbers")),
+        (true, true) => Err(Refusal::parameter("part_number", "given although a place is named")),
+    }
+}

@@ -1,0 +1,97 @@
+//! `Ingest`: uploads, one by one or as a stream.
+
+use futures_util::{
+    Stream, StreamExt,
+    stream::{self, BoxStream},
+};
+use proto::{
+    grpc::into_upload,
+    json::Ingested,
+    v1::{self, ingest_server::Ingest},
+};
+use tonic::{Request, Response, Status, Streaming};
+
+use super::Service;
+use crate::{
+    app::Shared,
+    ingest::{IN_FLIGHT, Judged, Kept, Transport, check, ingest},
+    refusal::Refusal,
+};
+
+#[tonic::async_trait]
+impl Ingest for Service {
+    async fn upload(&self, request: Request<v1::UploadRequest>) -> Result<Response<v1::UploadResponse>, Status> {
+        let request = request.into_inner();
+        let upload_id = request.upload_id.clone();
+        let status = ingest(&self.0, Transport::Grpc, into_upload(request).map_err(Refusal::from)).await?;
+        Ok(Response::new(v1::UploadResponse { upload_id, status: wire(status).into() }))
+    }
+
+    type UploadStreamStream = BoxStream<'static, Result<v1::UploadAck, Status>>;
+
+    async fn upload_stream(
+        &self,
+        request: Request<Streaming<v1::UploadRequest>>,
+    ) -> Result<Response<Self::UploadStreamStream>, Status> {
+        Ok(Response::new(acknowledgements(self.0.clone(), request.into_inner()).boxed()))
+    }
+}
+
+fn wire(status: Ingested) -> v1::UploadStatus {
+    match status {
+        Ingested::Accepted => v1::UploadStatus::Accepted,
+        Ingested::Duplicate => v1::UploadStatus::Duplicate,
+        Ingested::Conflict => v1::UploadStatus::Conflict,
+        Ingested::Invalid => v1::UploadStatus::Invalid,
+        Ingested::Unavailable => v1::UploadStatus::Unavailable,
+    }
+}
+
+/// One acknowledgement per message, in the order of the messages.
+///
+/// Messages are checked one after the other and queued in their order; only the wait for the disk is
+/// shared. No message is read while so many wait, or while the caller reads no acknowledgements. When
+/// the service stops, what was read is acknowledged, and the stream ends as unavailable.
+fn acknowledgements(
+    shared: Shared,
+    messages: Streaming<v1::UploadRequest>,
+) -> impl Stream<Item = Result<v1::UploadAck, Status>> {
+    let stopping = shared.stopping.clone();
+    let checker = shared.clone();
+    let judged = messages.take_until(stopping.clone().cancelled_owned()).enumerate().then(move |(i, message)| {
+        let shared = checker.clone();
+        async move { Ok::<_, Status>(judge(&shared, i as u64 + 1, message?).await) }
+    });
+    let acks = judged.map(move |judged| {
+        let shared = shared.clone();
+        async move { Ok(acknowledgement(judged?.keep(&shared, Transport::GrpcStream).await)) }
+    });
+    let farewell = stream::once(async move { stopping.is_cancelled() }).filter_map(|stopped| async move {
+        let refusal = || Refusal::Unavailable("the service is stopping; what is not acknowledged is not stored".into());
+        stopped.then(|| Err(refusal().into()))
+    });
+    acks.buffered(IN_FLIGHT).chain(farewell)
+}
+
+async fn judge(shared: &Shared, number: u64, message: v1::UploadRequest) -> Judged {
+    let upload_id = message.upload_id.parse().ok();
+    let outcome = match into_upload(message) {
+        Ok(upload) => check(shared, upload).await,
+        Err(invalid) => Err(invalid.into()),
+    };
+    Judged { number, upload_id, outcome }
+}
+
+fn acknowledgement(kept: Kept) -> v1::UploadAck {
+    let (error, field_violations) = match kept.refusal {
+        None => (None, Vec::new()),
+        Some(refusal) => (Some(refusal.to_string()), refusal.field_violations()),
+    };
+    v1::UploadAck {
+        message: kept.number,
+        upload_id: kept.upload_id.map(String::from).unwrap_or_default(),
+        status: wire(kept.status).into(),
+        error,
+        field_violations,
+    }
+}

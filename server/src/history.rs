@@ -1,0 +1,83 @@
+//! The history of a component's present life, a page at a time, assembled once for both transports.
+
+use domain::Component;
+use proto::json::{HealthItem, Page, StateItem};
+use store::LifeCursor;
+
+use crate::{
+    State,
+    answer::{fault_models, fault_names, next_cursor},
+    cursor,
+    refusal::Refusal,
+};
+
+/// Which part of a history, and how much of it at once.
+pub struct Range {
+    /// First flight hours of interest.
+    pub from_fh: Option<f64>,
+    /// Flight hours before which to end.
+    pub to_fh: Option<f64>,
+    /// Most items.
+    pub limit: u32,
+}
+
+/// What the items are, and after which one to begin.
+pub enum View {
+    /// One estimate per upload.
+    Estimates(Option<LifeCursor>),
+    /// The closed blocks of 20 flight hours.
+    States(Option<u64>),
+}
+
+impl View {
+    /// The view of estimates from a cursor's text.
+    pub fn estimates_after(text: &str) -> Option<Self> {
+        cursor::decode(text).map(|after| Self::Estimates(Some(after)))
+    }
+
+    /// The view of states from a cursor's text.
+    pub fn states_after(text: &str) -> Option<Self> {
+        text.parse().ok().map(|after| Self::States(Some(after)))
+    }
+}
+
+/// A page of either view.
+pub enum History {
+    /// Estimates.
+    Estimates(Page<HealthItem>),
+    /// States.
+    States(Page<StateItem>),
+}
+
+/// One page of the history of a component of the operator that acts.
+pub async fn history(state: &State, component: &Component, range: &Range, view: View) -> Result<History, Refusal> {
+    match view {
+        View::Estimates(after) => estimates(state, component, range, after).await.map(History::Estimates),
+        View::States(after) => states(state, component, range, after).await.map(History::States),
+    }
+}
+
+async fn estimates(
+    state: &State,
+    component: &Component,
+    range: &Range,
+    after: Option<LifeCursor>,
+) -> Result<Page<HealthItem>, Refusal> {
+    let read = state.store.estimates(component, range.from_fh, range.to_fh, after.as_ref(), range.limit + 1);
+    let mut estimates = read.await?;
+    let next_cursor = next_cursor(&mut estimates, range.limit, |estimate| cursor::encode(&LifeCursor::from(estimate)));
+    let models = fault_models(state).await?;
+    let items = estimates.iter().map(|estimate| HealthItem::new(estimate, fault_names(&models, &estimate.model)));
+    Ok(Page { items: items.collect(), next_cursor })
+}
+
+async fn states(
+    state: &State,
+    component: &Component,
+    range: &Range,
+    after: Option<u64>,
+) -> Result<Page<StateItem>, Refusal> {
+    let mut states = state.store.states(component, range.from_fh, range.to_fh, after, range.limit + 1).await?;
+    let next_cursor = next_cursor(&mut states, range.limit, |state| state.block.to_string());
+    Ok(Page { items: states.iter().map(StateItem::from).collect(), next_cursor })
+}
