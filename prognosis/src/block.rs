@@ -57,13 +57,40 @@ pub fn blocks(observations: &[Observation]) -> Vec<Block> {
     let mut closed = Vec::new();
     let mut start = 0;
     for next in 1..observations.len() {
-        let ends_here = index(&observations[next]) > index(&observations[next - 1]);
-        if ends_here && next - start >= MIN_OBSERVATIONS {
+        if next - start >= MIN_OBSERVATIONS && index(&observations[next]) > index(&observations[next - 1]) {
             closed.push(condense(observations, start..next));
             start = next;
         }
     }
     closed
+}
+
+/// [`blocks`] for observations that come one after the other.
+#[derive(Debug, Clone, Default)]
+pub struct OpenBlock {
+    /// Those of no closed block yet.
+    waiting: Vec<Observation>,
+    /// Observations in closed blocks.
+    closed: usize,
+}
+
+impl OpenBlock {
+    /// Takes the next observation, in the order of the life; returns the block that it closes.
+    pub fn push(&mut self, next: Observation) -> Option<Block> {
+        let ends_here = self.waiting.last().is_some_and(|last| {
+            assert!(last.t_fh <= next.t_fh, "observations in the order of the life");
+            index(&next) > index(last)
+        });
+        let mut block = None;
+        if ends_here && self.waiting.len() >= MIN_OBSERVATIONS {
+            let start = self.closed;
+            self.closed += self.waiting.len();
+            block = Some(Block { observations: start..self.closed, ..condense(&self.waiting, 0..self.waiting.len()) });
+            self.waiting.clear();
+        }
+        self.waiting.push(next);
+        block
+    }
 }
 
 fn index(observation: &Observation) -> u64 {
@@ -173,6 +200,13 @@ mod tests {
             }
             let earlier = blocks(&life[..(cut * life.len() as f64) as usize]);
             prop_assert_eq!(&earlier[..], &closed[..earlier.len()]);
+        }
+
+        #[test]
+        fn observations_one_by_one_make_the_same_blocks(life in life()) {
+            let mut open = OpenBlock::default();
+            let one_by_one: Vec<Block> = life.iter().filter_map(|next| open.push(next.clone())).collect();
+            prop_assert_eq!(one_by_one, blocks(&life));
         }
 
         #[test]

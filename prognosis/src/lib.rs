@@ -9,18 +9,21 @@
 
 pub mod block;
 pub mod boundary;
+pub mod estimator;
 pub mod failure_time;
 pub mod filter;
 pub mod fit;
 pub mod forecast;
 mod kalman;
+mod least_squares;
 pub mod metrics;
 pub mod posterior;
 pub mod prior;
 pub mod surrogate;
 
-pub use block::{Block, Observation, blocks};
+pub use block::{Block, Observation, OpenBlock, blocks};
 pub use boundary::Boundary;
+pub use estimator::{Estimator, Follower, PredictionSettings, Rbg, RulEstimate, Thesis};
 pub use failure_time::{FinishedLife, fit_failure_time_error};
 pub use filter::Filter;
 pub use fit::{FitSettings, NoHistory, fit_prior};

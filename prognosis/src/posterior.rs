@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// The estimator's name in reports.
-const ESTIMATOR: &str = "rbg";
+pub(crate) const ESTIMATOR: &str = "rbg";
 /// Columns of B: u = [1, load, temperature].
 const INPUTS: usize = 3;
 
