@@ -4,3 +4,4 @@ pub mod demo;
 pub mod serve;
 pub mod simulate;
 pub mod train;
+pub mod verify;

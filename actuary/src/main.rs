@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::command::{demo, serve, simulate, train};
+use crate::command::{demo, serve, simulate, train, verify};
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
 #[derive(Debug, Parser)]
@@ -29,6 +29,7 @@ enum Command {
     Serve(serve::Arguments),
     Train(train::Arguments),
     Simulate(simulate::Arguments),
+    Verify(verify::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         Command::Serve(arguments) => serve::run(arguments),
         Command::Train(arguments) => train::run(arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
+        Command::Verify(arguments) => verify::run(&arguments),
     };
     exit::code(outcome)
 }
