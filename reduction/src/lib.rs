@@ -11,11 +11,13 @@ pub mod load_invariant;
 pub mod mask_design;
 pub mod pod;
 pub mod sampling;
+pub mod som;
 pub mod symmetric;
 
 pub use error::ReductionError;
 pub use gappy::{GappyFit, GappyPod, Prior, Sample};
-pub use mask_design::MaskDesign;
+pub use mask_design::{MaskDesign, condition_number};
 pub use pod::{ModeCount, PodBasis};
 pub use sampling::ImportanceSampling;
+pub use som::SelfOrganisingMap;
 pub use symmetric::{Cholesky, Symmetric};

@@ -6,13 +6,17 @@
 //! free one. Rule, D-optimal: greedily add the bin b of largest v_b^T P v_b, where
 //! P = (1e-6 I + sum of v v^T over the chosen)^-1 and v_b is row b of the modes; ties go to the lowest
 //! bin. The prior is flat: the POD variances would neglect the small modes on which least squares relies.
+//! Rule, QR: the pivots of V^T by largest remaining norm; m modes have m pivots, so the rows that are left go
+//! through the same again until there are points enough.
+//! Rule, SOM: the angles of the neurons of a self-organising map of [x, v], moved to the nearest free bin.
 //! Requires: a multiple of 12 bins; commutations at 30, 90, ... electrical degrees.
-//! Source: Berri 2021, section 2.2 (sensor placement); greedy D-optimal design as in Manohar et al. 2018.
+//! Source: Berri 2021, section 2.2 (sensor placement); QR pivots as in Manohar et al. 2018.
 
-use domain::{Coordinate, Mask};
+use domain::{Coordinate, Mask, Stream};
+use faer::{Mat, Side};
 use serde::{Deserialize, Serialize};
 
-use crate::{PodBasis, ReductionError, Symmetric};
+use crate::{PodBasis, ReductionError, SelfOrganisingMap, Symmetric, symmetric::dot};
 
 /// Flat prior precision of the D-optimal design: keeps the first steps defined, and no more.
 const PRIOR_PRECISION: f64 = 1e-6;
@@ -37,17 +41,10 @@ impl Default for MaskDesign {
 impl MaskDesign {
     /// Equally spaced points over a map of `map_length` bins.
     pub fn uniform(&self, map_length: usize) -> Result<Mask, ReductionError> {
-        let mut free = self.allowed(map_length)?;
+        let free = self.allowed(map_length)?;
         let spacing = map_length as f64 / self.points as f64;
-        let mut bins = Vec::with_capacity(self.points);
-        for i in 0..self.points {
-            let wanted = ((i as f64 + 0.5) * spacing) as usize;
-            let nearest = (0..map_length).filter(|bin| free[*bin]).min_by_key(|bin| bin.abs_diff(wanted));
-            let bin = nearest.expect("as many free bins as points were checked");
-            free[bin] = false;
-            bins.push(bin);
-        }
-        Ok(mask(map_length, bins))
+        let wanted = (0..self.points).map(|i| ((i as f64 + 0.5) * spacing) as usize);
+        Ok(mask(map_length, nearest_free(free, wanted)))
     }
 
     /// The points that determine the coefficients of `basis` best.
@@ -74,6 +71,35 @@ impl MaskDesign {
         Ok(mask(basis.map_length(), bins))
     }
 
+    /// The pivots of a QR decomposition of the modes.
+    pub fn qr(&self, basis: &PodBasis) -> Result<Mask, ReductionError> {
+        let mut free = self.allowed(basis.map_length())?;
+        let mut bins = Vec::with_capacity(self.points);
+        while bins.len() < self.points {
+            let rest = (0..free.len()).filter(|bin| free[*bin]).map(|bin| (bin, basis.row(bin))).collect();
+            for bin in pivots(rest, basis.len().min(self.points - bins.len())) {
+                free[bin] = false;
+                bins.push(bin);
+            }
+        }
+        Ok(mask(basis.map_length(), bins))
+    }
+
+    /// The angles of a self-organising map with as many neurons as points, and that map.
+    pub fn som(&self, basis: &PodBasis, stream: &mut Stream) -> Result<(Mask, SelfOrganisingMap), ReductionError> {
+        let free = self.allowed(basis.map_length())?;
+        let width_rad = std::f64::consts::TAU / free.len() as f64;
+        let input = |bin: usize| {
+            let angle_rad = (bin as f64 + 0.5) * width_rad;
+            std::iter::once(angle_rad).chain(basis.row(bin)).collect()
+        };
+        let inputs: Vec<Vec<f64>> = (0..free.len()).filter(|bin| free[*bin]).map(input).collect();
+        let map = SelfOrganisingMap::train(&inputs, grid(self.points), stream);
+        let bin_at = |angle_rad: &f64| (angle_rad / width_rad) as usize;
+        let bins = nearest_free(free, map.component_planes[0].iter().map(bin_at));
+        Ok((mask(basis.map_length(), bins), map))
+    }
+
     /// Which bins are far enough from a commutation; at least as many as points.
     fn allowed(&self, map_length: usize) -> Result<Vec<bool>, ReductionError> {
         if map_length == 0 || !map_length.is_multiple_of(12) {
@@ -91,6 +117,58 @@ impl MaskDesign {
         }
         Ok(allowed)
     }
+}
+
+/// For each wanted bin the nearest one that is still free.
+fn nearest_free(mut free: Vec<bool>, wanted: impl Iterator<Item = usize>) -> Vec<usize> {
+    let take = |wanted: usize| {
+        let nearest = (0..free.len()).filter(|bin| free[*bin]).min_by_key(|bin| bin.abs_diff(wanted));
+        let bin = nearest.expect("as many free bins as points were checked");
+        free[bin] = false;
+        bin
+    };
+    wanted.map(take).collect()
+}
+
+/// The first `count` pivots among rows: by largest norm of what the rows before leave of a row.
+fn pivots(mut rows: Vec<(usize, Vec<f64>)>, count: usize) -> Vec<usize> {
+    let mut pivots = Vec::with_capacity(count);
+    for _ in 0..count {
+        let mut best = (f64::NEG_INFINITY, 0);
+        for (place, (_, row)) in rows.iter().enumerate() {
+            let square = dot(row, row);
+            if square > best.0 {
+                best = (square, place);
+            }
+        }
+        let (square, place) = best;
+        let (bin, pivot) = rows.remove(place);
+        for (_, row) in &mut rows {
+            let share = dot(row, &pivot) / square;
+            row.iter_mut().zip(&pivot).for_each(|(x, p)| *x -= share * p);
+        }
+        pivots.push(bin);
+    }
+    pivots
+}
+
+/// Rows and columns of a grid of so many neurons, as near to a square as its divisors allow.
+fn grid(neurons: usize) -> [usize; 2] {
+    let rows = (1..=neurons).filter(|rows| neurons.is_multiple_of(*rows) && rows * rows <= neurons).max();
+    let rows = rows.expect("one row divides every number");
+    [rows, neurons / rows]
+}
+
+/// Condition number of the Gappy matrix G = V^T V over the points of a mask: the largest eigenvalue over the least.
+pub fn condition_number(basis: &PodBasis, mask: &Mask) -> Result<f64, ReductionError> {
+    if mask.map_length() != basis.map_length() {
+        return Err(ReductionError::MapLength { mask: mask.map_length(), basis: basis.map_length() });
+    }
+    let rows: Vec<Vec<f64>> = mask.bins().iter().map(|bin| basis.row(*bin)).collect();
+    let entry = |i, j| rows.iter().map(|row| row[i] * row[j]).sum::<f64>();
+    let gappy = Mat::from_fn(basis.len(), basis.len(), entry);
+    let eigenvalues = gappy.self_adjoint_eigenvalues(Side::Lower).map_err(|_| ReductionError::NoConvergence)?;
+    Ok(eigenvalues[eigenvalues.len() - 1] / eigenvalues[0])
 }
 
 /// The mask of distinct bins, in rising order.
@@ -114,13 +192,39 @@ mod tests {
     #[test]
     fn points_keep_their_distance_from_the_commutations() {
         let design = MaskDesign { points: 30, exclusion_bins: 12 };
-        for mask in [design.uniform(360).unwrap(), design.d_optimal(&basis()).unwrap()] {
+        let (basis, mut stream) = (basis(), Stream::new(1, &["som"]));
+        let (som, _) = design.som(&basis, &mut stream).unwrap();
+        let others = [design.uniform(360), design.d_optimal(&basis), design.qr(&basis)].map(Result::unwrap);
+        for mask in others.into_iter().chain([som]) {
             assert_eq!(mask.len(), 30);
             for angle_rad in mask.points_rad() {
                 let from_commutation_deg = (angle_rad.to_degrees() + 30.0).rem_euclid(60.0);
                 assert!((12.0..=48.0).contains(&from_commutation_deg), "{angle_rad}");
             }
         }
+    }
+
+    #[test]
+    fn as_many_qr_pivots_as_modes_determine_the_coefficients() {
+        let basis = basis();
+        let mask = MaskDesign { points: 4, exclusion_bins: 12 }.qr(&basis).unwrap();
+        assert!(condition_number(&basis, &mask).unwrap() < 30.0);
+        // The first pivot is the longest row.
+        let length = |bin: &usize| dot(&basis.row(*bin), &basis.row(*bin));
+        let longest = mask.bins().iter().map(length).fold(0.0, f64::max);
+        let allowed = MaskDesign { points: 4, exclusion_bins: 12 }.allowed(360).unwrap();
+        assert!((0..360).filter(|bin| allowed[*bin]).all(|bin| length(&bin) <= longest));
+    }
+
+    #[test]
+    fn the_whole_map_is_as_well_conditioned_as_can_be() {
+        let whole = mask(360, (0..360).collect());
+        assert!((condition_number(&basis(), &whole).unwrap() - 1.0).abs() < 1e-10);
+    }
+
+    #[test]
+    fn thirty_neurons_make_five_rows_of_six() {
+        assert_eq!([30, 36, 7].map(grid), [[5, 6], [6, 6], [1, 7]]);
     }
 
     #[test]

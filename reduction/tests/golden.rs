@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use domain::{Coordinate, Mask};
-use reduction::{GappyPod, MaskDesign, ModeCount, PodBasis, Prior, Sample};
+use domain::{Coordinate, Mask, Stream};
+use reduction::{GappyPod, MaskDesign, ModeCount, PodBasis, Prior, Sample, condition_number};
 use serde_json::Value;
 
 const K_NOM: f64 = 0.0752;
@@ -63,5 +63,42 @@ fn basis_mask_and_least_squares_coefficients_are_the_prototypes() {
         for (found, expected) in found.iter().zip(expected) {
             assert!((found - expected).abs() < 1e-5, "{found} {expected}");
         }
+    }
+}
+
+#[test]
+fn qr_pivots_and_condition_numbers_are_the_prototypes() {
+    let (Some(folder), golden) = (data(), golden()) else { return };
+    let basis = PodBasis::train(&maps(&folder.join("train_pair")), ModeCount::Fixed(9)).unwrap();
+    // Nine modes have nine pivots. The prototype's other points are pivots of rounding errors.
+    let pivots = MaskDesign { points: 9, exclusion_bins: 3 }.qr(&basis).unwrap();
+    let qr_mask = bins(&golden["qr_mask"]);
+    assert!(pivots.bins().iter().all(|bin| qr_mask.contains(bin)), "{:?}", pivots.bins());
+
+    let of = |mask: &Mask| condition_number(&basis, mask).unwrap();
+    let mask = |bins| Mask::new(Coordinate::ElectricalAngleRad, 360, bins).unwrap();
+    let uniform = of(&mask(bins(&golden["mask"])));
+    assert!((uniform / golden["cond_G"].as_f64().unwrap() - 1.0).abs() < 1e-5, "{uniform}");
+    assert!((of(&mask(bins(&golden["dopt_mask_flat"]))) - 2.45).abs() < 0.01);
+    assert!((of(&mask(qr_mask)) - 3.19).abs() < 0.01);
+}
+
+#[test]
+fn thirty_points_of_any_rule_are_well_conditioned_and_nine_neurons_are_not() {
+    let Some(folder) = data() else { return };
+    let basis = PodBasis::train(&maps(&folder.join("train_pair")), ModeCount::Fixed(9)).unwrap();
+    let of = |mask: Mask| condition_number(&basis, &mask).unwrap();
+    let som = |design: MaskDesign| of(design.som(&basis, &mut Stream::new(1, &["som"])).unwrap().0);
+    for exclusion_bins in [3, 12] {
+        let design = MaskDesign { points: 30, exclusion_bins };
+        assert!(of(design.uniform(360).unwrap()) < 2.0);
+        assert!(of(design.qr(&basis).unwrap()) < 2.5);
+        assert!(of(design.d_optimal(&basis).unwrap()) < 2.5);
+        // Neurons crowd where modes change: expected 5 to 9, by the random start.
+        assert!(som(design) < 12.0);
+        // A map of nine neurons is folded: several of them share an angle.
+        let few = MaskDesign { points: 9, exclusion_bins };
+        assert!(of(few.qr(&basis).unwrap()) < 3.0 && of(few.uniform(360).unwrap()) < 3.0);
+        assert!(som(few) > 1e4);
     }
 }
