@@ -7,6 +7,7 @@
 //!
 //! Everything but the learning is bit-reproducible: `libm` only, plain loops, fixed order.
 
+pub mod backtest;
 pub mod block;
 pub mod boundary;
 pub mod estimator;
@@ -17,6 +18,7 @@ pub mod forecast;
 mod kalman;
 mod least_squares;
 pub mod metrics;
+pub mod noise;
 pub mod posterior;
 pub mod prior;
 pub mod surrogate;
@@ -28,5 +30,6 @@ pub use failure_time::{FinishedLife, fit_failure_time_error};
 pub use filter::Filter;
 pub use fit::{FitSettings, NoHistory, fit_prior};
 pub use forecast::{Forecast, ForecastSettings, forecast};
+pub use noise::{NoNoise, fit_noise};
 pub use posterior::{EntryEstimate, Moments, Posterior};
 pub use prior::{BiasPrior, FailureTimeError, FleetPrior, GroupPrior};
