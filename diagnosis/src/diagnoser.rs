@@ -1,8 +1,8 @@
 //! From the samples of one upload to the fault vector.
 //!
 //! What: Gappy POD, network, calibrated uncertainty, plausibility.
-//! Rule: samples -> values of the map with their noise -> MAP coefficients -> network -> deviation from
-//! nominal. The load-invariant map shows eccentricity as zeta/(1 + r), so pairs are multiplied back by
+//! Rule: samples -> values of the map with their noise -> coefficients, MAP or least squares -> network ->
+//! deviation from nominal. The load-invariant map shows eccentricity as zeta/(1 + r), so pairs are multiplied back by
 //! 1 + mean r.
 //! Plausibility: chi-square of the least-squares residual within its 99.9 % limit. Where it is not, the
 //! worst studentised point is left out, once; a diagnosis that passes then is plausible, else all
@@ -25,6 +25,9 @@ pub struct Diagnoser {
     pub reader: MapReader,
     /// POD basis of that map, in units of k_nom.
     pub basis: PodBasis,
+    /// What is taken as known of the coefficients before the samples.
+    #[serde(default)]
+    pub prior: Prior,
     /// From coefficients to deviations from nominal.
     pub mlp: Mlp,
     /// Error law with a load ratio per sample, or of the raw map.
@@ -92,7 +95,7 @@ impl Diagnoser {
             return Err(usable);
         }
         let (residual, plausible) = self.judge(gappy, &mut reading.samples);
-        let fit = gappy.fit(&reading.samples, Prior::Pod);
+        let fit = gappy.fit(&reading.samples, self.prior);
         let (deviation, sampling_variance) = self.deviation(&fit, reading.pair_gain);
         let fault_vector = clamped(self.fault_model.from_deviation(&deviation));
         Ok(Assessment {

@@ -3,7 +3,7 @@
 //! What: basis, floor, network and error law of one kind of map.
 //! Rule: POD of the maps (raw ones under varied load); the floor is the rms residual that the basis
 //! leaves on the calibration maps at the mask; the network learns deviations from nominal from MAP
-//! coefficients of noisy samples, several realisations of noise (and load) per map, by
+//! (or least-squares) coefficients of noisy samples, several realisations of noise (and load) per map, by
 //! Levenberg-Marquardt with a held-out part of the maps deciding when to stop; the error law is
 //! fitted to noisy diagnoses of the calibration maps.
 //! Requires: maps of one length, in units of k_nom; calibration maps from a better model than the
@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    Diagnoser, ErrorLaw, LoadInput, LoadVariation, MapKind, MapReader, Mlp,
+    Diagnoser, ErrorLaw, LoadInput, LoadVariation, MapKind, MapReader, Measurement, Mlp,
     diagnoser::fault_gains,
     error_law::CalibrationPoint,
     levenberg_marquardt::StopRule,
@@ -91,10 +91,14 @@ pub struct TrainingSettings {
     pub kind: MapKind,
     /// Modes of the basis.
     pub modes: ModeCount,
+    /// What is taken as known of the coefficients before the samples.
+    pub prior: Prior,
     /// Hidden units.
     pub hidden: usize,
     /// Standard deviation of a sample, units of k_nom.
     pub noise: f64,
+    /// Whether the network learns from samples with that noise; without it, from clean ones.
+    pub noise_training: bool,
     /// The least floor, units of k_nom: what a model of the motor never explains.
     pub least_floor: f64,
     /// Noisy copies of each map.
@@ -115,8 +119,10 @@ impl TrainingSettings {
         Self {
             kind,
             modes: ModeCount::Fixed(9),
+            prior: Prior::Pod,
             hidden: 14,
             noise: 0.01,
+            noise_training: true,
             least_floor: 0.001,
             realisations: 8,
             restarts: 4,
@@ -206,6 +212,7 @@ pub fn train(set: &TrainingSet, settings: &TrainingSettings, stream: &Stream) ->
         fault_model: set.fault_model.clone(),
         reader,
         basis,
+        prior: settings.prior,
         mlp,
         error_law: ErrorLaw::linearised(set.fault_model.len()),
         mean_load_error_law: None,
@@ -303,12 +310,14 @@ impl<'a> Trainer<'a> {
     fn examples(&self, gappy: &GappyPod, reader: &MapReader, maps: &[TrainingMap], purpose: Purpose) -> Examples {
         let example = |(index, map): (usize, &TrainingMap)| {
             let mut stream = stream_of(self.stream, purpose, index);
-            let upload = SimulatedUpload::of(map, self.set.mask, self.load_input(), reader.noise, &mut stream);
-            let reading = reader.read(&upload.measurement());
+            let noise = if self.settings.noise_training { reader.noise } else { 0.0 };
+            let upload = SimulatedUpload::of(map, self.set.mask, self.load_input(), noise, &mut stream);
+            // The weight of a sample is that of service, whatever noise the network learns from.
+            let reading = reader.read(&Measurement { noise: Some(reader.noise), ..upload.measurement() });
             let gains = fault_gains(self.set.fault_model, reading.pair_gain);
             let deviation = self.set.fault_model.deviation(&map.faults);
             let target = deviation.iter().zip(gains).map(|(x, gain)| x / gain).collect();
-            (gappy.fit(&reading.samples, Prior::Pod).coefficients, target)
+            (gappy.fit(&reading.samples, self.settings.prior).coefficients, target)
         };
         let (inputs, targets) = maps.par_iter().enumerate().map(example).unzip();
         Examples { inputs, targets }

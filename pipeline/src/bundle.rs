@@ -6,7 +6,7 @@ use diagnosis::Diagnoser;
 use domain::{BundleSummary, ContentHash, FaultModel, Mask};
 use ema::motor::Motor;
 use prognosis::{prior::FleetPrior, surrogate::Surrogate};
-use reduction::{GappyPod, ReductionError};
+use reduction::{GappyPod, ReductionError, SelfOrganisingMap};
 use serde::{Deserialize, Serialize};
 
 use crate::{ChainSettings, Metrics};
@@ -29,7 +29,10 @@ pub struct Bundle {
     pub motor: Motor,
     /// Masks to publish; the first is the one to fetch.
     pub masks: Vec<Mask>,
-    /// Diagnosis of uploads with a load ratio, on the load-invariant map.
+    /// The self-organising map that placed the points of the first mask, where one did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub self_organising_map: Option<SelfOrganisingMap>,
+    /// Diagnosis of uploads with a load ratio, on the load-invariant map where the chain reads it.
     pub with_load_ratio: Diagnoser,
     /// Diagnosis of uploads without one, on the raw map.
     pub without_load_ratio: Diagnoser,

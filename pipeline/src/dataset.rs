@@ -89,7 +89,7 @@ pub enum DatasetError {
 
 impl Dataset {
     /// Maps that a training needs at least.
-    pub const LEAST_MAPS: usize = 30;
+    pub const LEAST_MAPS: usize = 50;
 
     /// Whether the load of the maps is known, point by point or in the mean.
     pub fn has_load_ratio(&self) -> bool {

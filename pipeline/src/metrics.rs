@@ -14,28 +14,34 @@ pub struct Metrics {
     pub surrogate: SurrogateMetrics,
 }
 
-/// Diagnosis of high-fidelity maps under random command and load, at the noise of training.
+/// Diagnosis of unseen maps at the noise of training: high-fidelity ones under random command and load, or
+/// those of a dataset that were held out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DiagnosisMetrics {
     /// Maps, none of them used in training or calibration.
     pub maps: usize,
+    /// Condition number of the Gappy matrix over the first mask; the figures below are measured there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition_number: Option<f64>,
     /// With the load ratio of every sample.
     pub load_ratio_per_sample: Validation,
     /// With the mean load ratio of the map.
     pub mean_load_ratio: Validation,
-    /// Without load ratio.
+    /// Without load ratio. A chain of the raw map reads none: then all three figures are these.
     pub no_load_ratio: Validation,
 }
 
-/// Classification of fresh importance samples.
+/// Classification of fresh importance samples, or of labels that were held out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SurrogateMetrics {
-    /// Fresh samples.
+    /// Samples, none of them used in training.
     pub samples: usize,
-    /// The bundle's surrogate: one regression per figure.
-    pub figure_regression: ClassificationQuality,
-    /// A support vector machine trained on the same samples, for comparison.
+    /// One regression per figure: the bundle's surrogate, where margins are known to learn from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure_regression: Option<ClassificationQuality>,
+    /// A support vector machine on the same samples: for comparison, or the bundle's surrogate where nothing but
+    /// verdicts is known.
     pub svm: ClassificationQuality,
 }

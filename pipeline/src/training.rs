@@ -7,19 +7,16 @@
 //! Requires: minutes of two cores for a thousand samples at most; deterministic for a seed on one
 //! machine.
 
+mod diagnosis;
 mod fleet;
 mod maps;
 
-use diagnosis::{
-    Diagnoser, LoadInput, MapKind, TrainingError, TrainingMap, TrainingSet, TrainingSettings, Validation,
-    ValidationSettings,
-};
-use domain::{FaultModel, FaultVector, Invalid, Mask, Stream};
+use ::diagnosis::TrainingError;
+use domain::{FaultModel, FaultVector, Invalid, Stream};
 use ema::{
     assessment::assess_faults,
     lf2::{Faults, Parameters},
     motor::Motor,
-    simulation::Model as MotorModel,
 };
 use prognosis::{
     fit::NoHistory,
@@ -28,20 +25,14 @@ use prognosis::{
         SvmSettings,
     },
 };
-use reduction::{ImportanceSampling, MaskDesign, ModeCount, PodBasis, ReductionError};
+use reduction::{ImportanceSampling, ReductionError};
 
-use crate::{Bundle, ChainSettings, Dataset, DatasetError, DiagnosisMetrics, Metrics, Provenance, SurrogateMetrics};
+use crate::{Bundle, ChainSettings, Dataset, DatasetError, Labels, Metrics, Provenance, SurrogateMetrics};
 
-/// High-fidelity maps that calibrate the error law.
-const CALIBRATION_MAPS: usize = 100;
-/// High-fidelity maps that judge the diagnosers.
-const VALIDATION_MAPS: usize = 100;
 /// Importance samples that judge the surrogate.
 const VALIDATION_ASSESSMENTS: usize = 500;
-/// Standard deviation of a sample in validation, units of k_nom.
-const SAMPLE_NOISE: f64 = 0.01;
-/// Noise realisations per map in validation.
-const VALIDATION_REPEATS: usize = 10;
+/// The share of a dataset's labels that judges the surrogate.
+const HELD_OUT_LABELS: usize = 5;
 
 /// What to train from.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,12 +109,16 @@ pub fn train(
     if let Some(dataset) = dataset {
         dataset.check(&training.faults)?;
     }
-    let (mask, diagnosers, diagnosis) = training.diagnosers()?;
+    let diagnosis = training.diagnosis(dataset)?;
     let fleet = training.fleet();
-    let (surrogate, surrogate_metrics) = training.surrogate(&fleet)?;
+    let labels = dataset.and_then(|dataset| dataset.labels.as_ref());
+    let samples = match labels {
+        Some(labels) => training.held_out(labels),
+        None => training.assessments(&fleet),
+    };
+    let (surrogate, surrogate_metrics) = training.surrogate(&samples)?;
     progress.stage("learning the fleet prior", 1);
     let prior = fleet::prior(&fleet, &training.faults, &surrogate, settings.seed)?;
-    let [with_load_ratio, without_load_ratio] = diagnosers;
     Ok(Bundle {
         format: Bundle::FORMAT,
         provenance: Provenance {
@@ -136,12 +131,13 @@ pub fn train(
         },
         faults: training.faults,
         motor: settings.motor.clone(),
-        masks: vec![mask],
-        with_load_ratio,
-        without_load_ratio,
+        masks: diagnosis.masks,
+        self_organising_map: diagnosis.self_organising_map,
+        with_load_ratio: diagnosis.with_load_ratio,
+        without_load_ratio: diagnosis.without_load_ratio,
         surrogate,
         prior,
-        metrics: Metrics { diagnosis, surrogate: surrogate_metrics },
+        metrics: Metrics { diagnosis: diagnosis.metrics, surrogate: surrogate_metrics },
     })
 }
 
@@ -154,6 +150,14 @@ fn must_be_fit(assessment: &Parameters) -> Result<(), TrainError> {
         Some((figure, margin)) if margin < 0.0 => Err(TrainError::Unfit { figure, margin }),
         _ => Ok(()),
     }
+}
+
+/// Fault vectors of known verdict, each used for one thing only.
+struct Verdicts {
+    learn: Vec<LabelledFaults>,
+    judge: Vec<LabelledFaults>,
+    /// Whether more than healthy or faulty is known.
+    margins_known: bool,
 }
 
 /// A training under way.
@@ -175,64 +179,47 @@ impl Training<'_> {
         ImportanceSampling::INCIPIENT.draw(count, &mut self.stream(purpose))
     }
 
-    /// The mask, both diagnosers, and how good they are on maps that they have not seen.
-    fn diagnosers(&self) -> Result<(Mask, [Diagnoser; 2], DiagnosisMetrics), TrainError> {
-        let maps = self.maps("maps to learn from", MotorModel::LowFidelity1, self.settings.samples)?;
-        let calibration = self.maps("maps to calibrate with", MotorModel::HighFidelity, CALIBRATION_MAPS)?;
-        let validation = self.maps("maps to judge by", MotorModel::HighFidelity, VALIDATION_MAPS)?;
-        let snapshots: Vec<Vec<f64>> = maps.iter().map(TrainingMap::load_invariant).collect();
-        let mask = MaskDesign::default().d_optimal(&PodBasis::train(&snapshots, ModeCount::Fixed(9))?)?;
-        let set = TrainingSet { fault_model: &self.faults, mask: &mask, maps: &maps, calibration: &calibration };
-        self.progress.stage("training the diagnosis", 2);
-        let train = |kind, purpose| {
-            let diagnoser = diagnosis::train(&set, &TrainingSettings::new(kind), &self.stream(purpose));
-            self.progress.step();
-            diagnoser
-        };
-        let with = train(MapKind::LoadInvariant, "diagnosis with load ratio")?;
-        let without = train(MapKind::Raw, "diagnosis without load ratio")?;
-        let validate = |diagnoser: &Diagnoser, load| -> Result<Validation, ReductionError> {
-            let settings = ValidationSettings { load, noise: SAMPLE_NOISE, repeats: VALIDATION_REPEATS };
-            diagnosis::validate(diagnoser, &mask, &validation, &settings, &self.stream("validation noise"))
-        };
-        let metrics = DiagnosisMetrics {
-            maps: validation.len(),
-            load_ratio_per_sample: validate(&with, LoadInput::PerSample)?,
-            mean_load_ratio: validate(&with, LoadInput::Mean)?,
-            no_load_ratio: validate(&without, LoadInput::None)?,
-        };
-        Ok((mask, [with, without], metrics))
-    }
-
-    fn maps(&self, name: &'static str, model: MotorModel, count: usize) -> Result<Vec<TrainingMap>, TrainError> {
-        self.progress.stage(name, count);
-        let faults = self.samples(count, name);
-        maps::simulate(&self.settings.motor, model, &faults, &self.stream(name), &|| self.progress.step())
-    }
-
     fn fleet(&self) -> Vec<fleet::PastLife> {
         self.progress.stage("lives of the fleet", self.settings.lives);
         fleet::simulate(&self.assessment, self.settings.seed, self.settings.lives, &|| self.progress.step())
     }
 
-    /// The surrogate, and how good it is on assessments that it has not seen.
-    fn surrogate(&self, fleet: &[fleet::PastLife]) -> Result<(Surrogate, SurrogateMetrics), TrainError> {
+    /// Assessments of importance samples, of states where the fleet passes the boundary, and of fresh samples.
+    fn assessments(&self, fleet: &[fleet::PastLife]) -> Verdicts {
         let mut samples = self.samples(self.settings.samples, "assessments to learn from");
         samples.extend(fleet::near_failure(fleet, &self.faults));
         let fresh = self.samples(VALIDATION_ASSESSMENTS, "assessments to judge by");
         self.progress.stage("assessments", samples.len() + fresh.len());
-        let labelled = fleet::assess_all(&self.assessment, &samples, &|| self.progress.step());
-        let fresh = fleet::assess_all(&self.assessment, &fresh, &|| self.progress.step());
-        self.progress.stage("training the surrogate", 2);
-        let regression =
-            self.surrogate_of(&labelled, SurrogateSettings::FigureRegression(RegressionSettings::default()))?;
-        let svm = self.surrogate_of(&labelled, SurrogateSettings::Svm(SvmSettings::default()))?;
-        let metrics = SurrogateMetrics {
-            samples: fresh.len(),
-            figure_regression: ClassificationQuality::of(&regression, &fresh),
-            svm: ClassificationQuality::of(&svm, &fresh),
+        let assess = |samples: &[FaultVector]| fleet::assess_all(&self.assessment, samples, &|| self.progress.step());
+        Verdicts { learn: assess(&samples), judge: assess(&fresh), margins_known: true }
+    }
+
+    /// Labels of a dataset, a part of them held out.
+    fn held_out(&self, labels: &Labels) -> Verdicts {
+        let (samples, margins_known) = match labels {
+            Labels::Margins(samples) => (samples, true),
+            Labels::Verdicts(samples) => (samples, false),
         };
-        Ok((regression, metrics))
+        let mut learn = samples.clone();
+        diagnosis::shuffle(&mut learn, &mut self.stream("split of the labels"));
+        let judge = learn.split_off(learn.len() - learn.len() / HELD_OUT_LABELS);
+        Verdicts { learn, judge, margins_known }
+    }
+
+    /// The surrogate, and how good it is on verdicts that it has not seen.
+    fn surrogate(&self, verdicts: &Verdicts) -> Result<(Surrogate, SurrogateMetrics), TrainError> {
+        self.progress.stage("training the surrogate", if verdicts.margins_known { 2 } else { 1 });
+        let of = |settings| self.surrogate_of(&verdicts.learn, settings);
+        let regression = SurrogateSettings::FigureRegression(RegressionSettings::default());
+        let regression = verdicts.margins_known.then(|| of(regression)).transpose()?;
+        let svm = of(SurrogateSettings::Svm(SvmSettings::default()))?;
+        let quality = |surrogate: &Surrogate| ClassificationQuality::of(surrogate, &verdicts.judge);
+        let metrics = SurrogateMetrics {
+            samples: verdicts.judge.len(),
+            figure_regression: regression.as_ref().map(quality),
+            svm: quality(&svm),
+        };
+        Ok((regression.unwrap_or(svm), metrics))
     }
 
     fn surrogate_of(

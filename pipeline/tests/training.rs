@@ -28,7 +28,7 @@ fn slow_a_small_bundle_keeps_the_promises_of_its_method() {
         let coverage = validation.coverage_90.iter().sum::<f64>() / validation.coverage_90.len() as f64;
         assert!((0.85..=0.95).contains(&coverage), "{name}: {coverage}");
     }
-    let surrogate = bundle.metrics.surrogate.figure_regression;
+    let surrogate = bundle.metrics.surrogate.figure_regression.unwrap();
     assert!(surrogate.accuracy >= 0.98, "{surrogate:?}");
     let error = bundle.prior.failure_time_error.expect("twenty lives are enough to learn it");
     assert!(error.sd_fh < 200.0 && error.offset_fh.abs() < 150.0, "{error:?}");

@@ -1,4 +1,4 @@
-//! Back-EMF maps of known faults.
+//! Back-EMF maps of known faults: simulated, or those of a dataset.
 
 use diagnosis::TrainingMap;
 use domain::{FaultVector, Stream};
@@ -11,6 +11,7 @@ use ema::{
 use rayon::prelude::*;
 
 use super::TrainError;
+use crate::Dataset;
 
 /// Simulated time of a map, s.
 const DURATION_S: f64 = 2.0;
@@ -33,6 +34,25 @@ pub fn simulate(
         map
     };
     faults.par_iter().enumerate().map(map).collect()
+}
+
+/// The maps of a dataset in units of k_nom. Where a load ratio is missing a mean stands for the points, the
+/// points' mean for the mean, and zero for both.
+pub fn of_dataset(dataset: &Dataset, k_nom: f64) -> Vec<TrainingMap> {
+    let map = |(index, (values, faults)): (usize, (&Vec<f64>, &FaultVector))| {
+        let mean_r = dataset.mean_load_ratios.as_ref().map(|means| means[index]);
+        let r = match (&dataset.load_ratios, mean_r) {
+            (Some(ratios), _) => ratios[index].clone(),
+            (None, mean_r) => vec![mean_r.unwrap_or(0.0); values.len()],
+        };
+        TrainingMap {
+            y: values.iter().map(|y| y / k_nom).collect(),
+            mean_r: mean_r.unwrap_or_else(|| r.iter().sum::<f64>() / r.len() as f64),
+            r,
+            faults: faults.clone(),
+        }
+    };
+    dataset.maps.iter().zip(&dataset.faults).enumerate().map(map).collect()
 }
 
 fn simulate_one(
