@@ -46,6 +46,8 @@ pub struct Service {
 impl Service {
     /// Opens the database, makes sure that a model is active, and starts server and worker.
     pub async fn start(settings: Settings) -> Result<Self> {
+        // Before anything is recorded.
+        let metrics = server::Metrics::install()?;
         let listener = bind(settings.port).await?;
         let address = listener.local_addr()?;
         let store = Store::open(&settings.database_url, Options::default())
@@ -61,6 +63,7 @@ impl Service {
             clock: settings.clock,
             stale_after: settings.stale_after,
             enrol: settings.enrol,
+            metrics,
         };
         let server = tokio::spawn(server::serve(listener, state, shutdown.clone().cancelled_owned()));
         Ok(Self { store, address, shutdown, server, worker })

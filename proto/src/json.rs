@@ -1,5 +1,6 @@
 //! Bodies of the REST interface.
 
+mod component;
 mod health;
 mod load;
 mod model;
@@ -7,9 +8,11 @@ mod page;
 mod parse;
 mod problem;
 mod rul;
+mod sensor_configuration;
 mod tail;
 mod upload;
 
+pub use component::{ComponentBody, InstallationItem, LifeItem};
 pub use health::{FaultEstimate, HealthItem, Outcome, StateItem};
 pub use load::{LoadBody, LoadSource};
 pub use model::{MaskBody, ModelItem};
@@ -19,6 +22,10 @@ pub use problem::{FieldError, Problem};
 pub use rul::{
     AsOfBody, EndOfLife, FailureProbability, Fault, FaultsByName, MonteCarlo, PropagationBody, RulBody, RulQuantiles,
     Status,
+};
+pub use sensor_configuration::{
+    SensorConfigurationAck, SensorConfigurationBody, SensorConfigurationItem, SensorConfigurationStatus,
+    example as example_sensor_configuration,
 };
 pub use tail::{PositionItem, TailBody, TailItem};
 pub use upload::{

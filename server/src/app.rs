@@ -15,7 +15,7 @@ use tokio_util::sync::CancellationToken;
 use tonic::Status;
 use tower_http::catch_panic::CatchPanicLayer;
 
-use crate::{State, grpc, ingest::Masks, page, refusal::Refusal, rest};
+use crate::{State, grpc, ingest::Masks, page, prometheus, refusal::Refusal, rest};
 
 /// Longest time until a REST answer begins.
 const DEADLINE: Duration = Duration::from_secs(30);
@@ -51,10 +51,13 @@ pub async fn router(state: State, stopping: CancellationToken) -> Router {
         .merge(page::router())
         .method_not_allowed_fallback(|| async { Refusal::MethodNotAllowed })
         .layer(middleware::from_fn(deadline))
+        .fallback(nothing_here)
         .layer(CatchPanicLayer::custom(rest_fault))
+        .layer(middleware::from_fn(prometheus::time_http))
         .with_state(shared.clone());
-    let grpc = grpc::routes(&shared).await.layer(CatchPanicLayer::custom(grpc_fault));
-    grpc.merge(rest).fallback(nothing_here)
+    let grpc = grpc::routes(&shared).await;
+    let grpc = grpc.layer(CatchPanicLayer::custom(grpc_fault)).layer(middleware::from_fn(prometheus::time_grpc));
+    grpc.merge(rest)
 }
 
 async fn deadline(request: Request, next: Next) -> Response {

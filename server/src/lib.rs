@@ -16,6 +16,7 @@ mod ingest;
 mod ndjson;
 mod page;
 mod parameters;
+mod prometheus;
 mod refusal;
 mod rest;
 mod serve;
@@ -25,6 +26,7 @@ use std::{sync::Arc, time::Duration};
 use domain::Timestamp;
 use store::Store;
 
+pub use prometheus::{Metrics, NoRecorder};
 pub use serve::serve;
 
 /// Tells the present.
@@ -41,4 +43,6 @@ pub struct State {
     pub stale_after: Duration,
     /// Whether an upload enrols a tail, position or component that is not known yet.
     pub enrol: bool,
+    /// What is told on `/metrics`.
+    pub metrics: Metrics,
 }

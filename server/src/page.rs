@@ -1,7 +1,9 @@
-//! Pages for people: the fleet, worst first, and one component. Plain HTML and SVG made here.
+//! Pages for people: the fleet, worst first, and one component (plain HTML and SVG made here), and the
+//! interface's description.
 
 mod chart;
 mod component;
+mod docs;
 mod fleet;
 mod words;
 
@@ -24,7 +26,12 @@ const POLICY: &str =
 
 /// Routes of the pages.
 pub fn router() -> Router<Shared> {
-    Router::new().route("/", get(fleet::get)).route("/tails/{tail}/positions/{position}", get(component::get))
+    Router::new()
+        .route("/", get(fleet::get))
+        .route("/tails/{tail}/positions/{position}", get(component::get))
+        .route("/docs", get(docs::enter))
+        .route("/docs/", get(docs::index))
+        .route("/docs/{file}", get(docs::get))
 }
 
 fn html(page: &impl Template) -> Result<Response, Refusal> {

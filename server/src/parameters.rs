@@ -101,6 +101,14 @@ impl Parameters {
         value
     }
 
+    /// A parameter that must be there, by its parser; see [`Parameters::finish_with`].
+    pub fn required<T>(&mut self, name: &str, rule: &str, parse: impl FnOnce(&str) -> Option<T>) -> Option<T> {
+        if self.text(name).is_none() {
+            self.refuse(name, format!("missing; it must be {rule}"));
+        }
+        self.parsed(name, rule, parse)
+    }
+
     /// Flight hours.
     pub fn hours(&mut self, name: &str) -> Option<f64> {
         self.parsed(name, "flight hours, 0 to 1000000", hours)
@@ -122,7 +130,12 @@ impl Parameters {
 
     /// Refuses when anything was wrong.
     pub fn finish(self) -> Result<(), Refusal> {
-        if self.errors.is_empty() { Ok(()) } else { Err(Refusal::Parameters(self.errors)) }
+        self.finish_with(Some(()))
+    }
+
+    /// Refuses when anything was wrong; gives back what was required.
+    pub fn finish_with<T>(self, required: Option<T>) -> Result<T, Refusal> {
+        required.filter(|_| self.errors.is_empty()).ok_or(Refusal::Parameters(self.errors))
     }
 }
 

@@ -46,6 +46,9 @@ pub enum Refusal {
         "upload {0} was stored before with other content; nothing was changed: give other content another upload_id"
     )]
     Conflict(UploadId),
+    /// It contradicts what is stored.
+    #[error("{0}")]
+    Contradiction(String),
     /// The body is too large.
     #[error("the body, or one line of it, exceeds {limit_bytes} bytes")]
     TooLarge {
@@ -89,7 +92,7 @@ impl Refusal {
             Self::Invalid(_) | Self::Parameters(_) => StatusCode::UNPROCESSABLE_ENTITY,
             Self::NotFound(_) => StatusCode::NOT_FOUND,
             Self::MethodNotAllowed => StatusCode::METHOD_NOT_ALLOWED,
-            Self::Conflict(_) => StatusCode::CONFLICT,
+            Self::Conflict(_) | Self::Contradiction(_) => StatusCode::CONFLICT,
             Self::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
             Self::UnsupportedMediaType { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
             Self::Interrupted => StatusCode::REQUEST_TIMEOUT,
@@ -145,6 +148,7 @@ impl Refusal {
             Self::NotFound(_) => Code::NotFound,
             Self::MethodNotAllowed => Code::Unimplemented,
             Self::Conflict(_) => Code::AlreadyExists,
+            Self::Contradiction(_) => Code::FailedPrecondition,
             Self::Unavailable(_) => Code::Unavailable,
             Self::Internal => Code::Internal,
         }

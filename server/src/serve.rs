@@ -23,6 +23,8 @@ const HEADER_TIMEOUT: Duration = Duration::from_secs(20);
 const PING_INTERVAL: Duration = Duration::from_secs(30);
 /// How long answers under way may take after the stop.
 const DRAIN: Duration = Duration::from_secs(5);
+/// How often what was recorded is sorted, whether or not anybody asks for it.
+const UPKEEP: Duration = Duration::from_secs(5);
 /// Pause after the system refused a connection, such as for want of file descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
@@ -30,6 +32,8 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 /// way end, for at most five seconds.
 pub async fn serve(listener: TcpListener, state: State, shutdown: impl Future<Output = ()>) {
     let stopping = CancellationToken::new();
+    let metrics = state.metrics.clone();
+    let mut upkeep = tokio::time::interval(UPKEEP);
     let router = app::router(state, stopping.clone()).await;
     let builder = builder();
     let graceful = GracefulShutdown::new();
@@ -45,6 +49,7 @@ pub async fn serve(listener: TcpListener, state: State, shutdown: impl Future<Ou
                 }
                 Err(error) => pause_after(&error).await,
             },
+            _ = upkeep.tick() => metrics.upkeep(),
             // Finished connections are collected as they end.
             Some(_) = connections.join_next() => {}
         }

@@ -290,7 +290,7 @@ pub enum UploadState {
     Pending,
     /// Judged: see the estimate.
     Processed,
-    /// Stored but not judged: see the reason.
+    /// Stored, but no state rests on it: see the reason.
     SetAside,
     /// Taken back by its operator; kept, but nothing rests on it.
     Voided,
@@ -303,9 +303,15 @@ pub struct UploadStatusBody {
     pub upload_id: String,
     /// How far it has come.
     pub state: UploadState,
-    /// Why it was set aside.
-    #[schema(required)]
+    /// Why it was set aside, as a code: `implausible_hours`, `not_finite` or `not_estimable`.
+    #[schema(required, example = json!(null))]
     pub reason: Option<String>,
+    /// Why it was set aside, in words with the offending values.
+    #[schema(required, example = json!(null))]
+    pub detail: Option<String>,
+    /// When it was voided.
+    #[schema(required, format = "date-time", example = json!(null))]
+    pub voided_at: Option<String>,
     /// The aircraft that sent it.
     pub tail: String,
     /// The position on it.

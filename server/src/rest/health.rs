@@ -6,10 +6,10 @@ use axum::{
     response::{IntoResponse, Response},
 };
 use domain::Component;
-use proto::json::{HealthItem, Page, Problem, StateItem};
+use proto::json::{HealthItem, Page, StateItem};
 use utoipa::ToSchema;
 
-use super::{Place, Unit};
+use super::{Place, Unit, problems::Lookup};
 use crate::{
     answer,
     app::Shared,
@@ -47,7 +47,7 @@ pub enum HealthBody {
     ),
     responses(
         (status = 200, description = "One page", body = HealthBody),
-        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Lookup,
     )
 )]
 pub async fn get(
@@ -62,7 +62,7 @@ pub async fn get(
 
 /// The history of the present life of a component, in the order of the life, wherever it was installed.
 #[utoipa::path(
-    get, path = "/v1/components/{part}/{serial}/health", tag = "health", operation_id = "getComponentHealth",
+    get, path = "/v1/components/{part}/{serial}/health", tag = "components", operation_id = "getComponentHealth",
     params(
         ("part" = String, Path, description = "Part number"),
         ("serial" = String, Path, description = "Serial number"),
@@ -74,7 +74,7 @@ pub async fn get(
     ),
     responses(
         (status = 200, description = "One page", body = HealthBody),
-        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Lookup,
     )
 )]
 pub async fn of_component(

@@ -2,9 +2,10 @@
 
 use axum::{Json, extract::State as Extract};
 use domain::ContentHash;
-use proto::json::{MaskBody, ModelItem, Page, Problem};
+use proto::json::{MaskBody, ModelItem, Page};
 use serde::Deserialize;
 
+use super::problems::{Listing, Lookup};
 use crate::{answer, app::Shared, parameters::Named, refusal::Refusal};
 
 /// A bundle in a path.
@@ -18,7 +19,7 @@ pub struct One {
     get, path = "/v1/models", tag = "models", operation_id = "listModels",
     responses(
         (status = 200, description = "All bundles", body = Page<ModelItem>),
-        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Listing,
     )
 )]
 pub async fn list(Extract(shared): Extract<Shared>) -> Result<Json<Page<ModelItem>>, Refusal> {
@@ -31,7 +32,7 @@ pub async fn list(Extract(shared): Extract<Shared>) -> Result<Json<Page<ModelIte
     params(("hash" = String, Path, description = "SHA-256 of the bundle")),
     responses(
         (status = 200, description = "The bundle", body = ModelItem),
-        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Lookup,
     )
 )]
 pub async fn get(
@@ -48,7 +49,7 @@ pub async fn get(
     params(("hash" = String, Path, description = "SHA-256 of the bundle")),
     responses(
         (status = 200, description = "The mask", body = MaskBody),
-        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Lookup,
     )
 )]
 pub async fn mask(

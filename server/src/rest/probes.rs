@@ -1,10 +1,10 @@
 //! Probes for whoever keeps the service alive.
 
 use axum::{Json, extract::State as Extract};
-use proto::json::Problem;
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::problems::Probing;
 use crate::{answer::CODE_VERSION, app::Shared, refusal::Refusal};
 
 /// How it is.
@@ -37,7 +37,7 @@ pub async fn healthz() -> Json<Health> {
     get, path = "/readyz", tag = "probes", operation_id = "readyz",
     responses(
         (status = 200, description = "They can", body = Health),
-        (status = 503, description = "Not now", body = Problem, content_type = "application/problem+json"),
+        Probing,
     )
 )]
 pub async fn readyz(Extract(shared): Extract<Shared>) -> Result<Json<Health>, Refusal> {

@@ -1,9 +1,12 @@
 //! Tails and the remaining lives on them.
 
 use axum::{Json, extract::State as Extract};
-use proto::json::{Page, Problem, RulBody, TailBody, TailItem};
+use proto::json::{Page, RulBody, TailBody, TailItem};
 
-use super::{Place, Tail};
+use super::{
+    Place, Tail,
+    problems::{Listing, Lookup},
+};
 use crate::{
     answer,
     app::Shared,
@@ -20,7 +23,7 @@ use crate::{
     ),
     responses(
         (status = 200, description = "One page", body = Page<TailItem>),
-        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Listing,
     )
 )]
 pub async fn list(Extract(shared): Extract<Shared>, pairs: Pairs) -> Result<Json<Page<TailItem>>, Refusal> {
@@ -37,7 +40,7 @@ pub async fn list(Extract(shared): Extract<Shared>, pairs: Pairs) -> Result<Json
     params(("tail" = String, Path, description = "The aircraft")),
     responses(
         (status = 200, description = "The tail", body = TailBody),
-        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Lookup,
     )
 )]
 pub async fn get(
@@ -57,7 +60,7 @@ pub async fn get(
     ),
     responses(
         (status = 200, description = "All positions, by name", body = Page<RulBody>),
-        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Lookup,
     )
 )]
 pub async fn ruls(
@@ -80,7 +83,7 @@ pub async fn ruls(
     ),
     responses(
         (status = 200, description = "The distribution of remaining useful life", body = RulBody),
-        (status = "default", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Lookup,
     )
 )]
 pub async fn rul(

@@ -2,7 +2,7 @@
 
 use std::{
     sync::{
-        Arc,
+        Arc, LazyLock,
         atomic::{AtomicI64, Ordering},
     },
     time::Duration,
@@ -16,6 +16,7 @@ use domain::{
 };
 use reqwest::{Client, Response, StatusCode};
 use serde_json::{Value, json};
+use server::Metrics;
 use store::{Completion, LifeInputs, LifeResults, Options, Store};
 use tempfile::TempDir;
 use tokio::{net::TcpListener, sync::oneshot, task::JoinHandle};
@@ -23,6 +24,9 @@ use tonic::transport::{Channel, Endpoint};
 
 pub const START: &str = "2026-03-01T12:00:00Z";
 pub const PROBLEM: &str = "application/problem+json";
+
+/// One recorder for all houses of the process.
+static METRICS: LazyLock<Metrics> = LazyLock::new(|| Metrics::install().unwrap());
 
 pub struct House {
     pub url: String,
@@ -73,6 +77,7 @@ impl House {
             clock: Arc::new(move || Timestamp::from_micros(clock.load(Ordering::Relaxed))),
             stale_after: Duration::from_secs(30 * 86_400),
             enrol,
+            metrics: METRICS.clone(),
         };
         let (stop, stopped) = oneshot::channel();
         let serving = tokio::spawn(server::serve(listener, state, async { stopped.await.unwrap_or_default() }));

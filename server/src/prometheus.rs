@@ -1,0 +1,115 @@
+//! What the service tells of itself: `/metrics` in Prometheus' text format.
+//!
+//! Crates record through the `metrics` facade under the names of [`domain::metric`]; here they are
+//! described, given buckets, and served. Labels never name a tail, a component or an operator.
+
+use std::time::Instant;
+
+use axum::{
+    extract::{MatchedPath, Request, State as Extract},
+    http::{Method, header::CONTENT_TYPE},
+    middleware::Next,
+    response::{IntoResponse, Response},
+};
+use domain::metric::{self, MetricKind};
+use metrics::{Unit, describe_counter, describe_gauge, describe_histogram, gauge, histogram};
+use metrics_exporter_prometheus::{BuildError, PrometheusBuilder, PrometheusHandle};
+use tonic::Code;
+
+use crate::app::Shared;
+
+/// Upper ends of the buckets of every duration, s.
+const BUCKETS_S: [f64; 15] =
+    [0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0];
+/// The text format.
+const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
+
+/// The recorder of the process.
+#[derive(Clone)]
+pub struct Metrics(PrometheusHandle);
+
+/// Why nothing is recorded: the process has a recorder already.
+#[derive(Debug, thiserror::Error)]
+#[error("metrics: {0}")]
+pub struct NoRecorder(#[from] BuildError);
+
+impl Metrics {
+    /// Makes this the recorder of the process; only the first call of a process succeeds.
+    pub fn install() -> Result<Self, NoRecorder> {
+        let handle = PrometheusBuilder::new().set_buckets(&BUCKETS_S)?.install_recorder()?;
+        for metric in metric::ALL {
+            match metric.kind {
+                MetricKind::Counter => describe_counter!(metric.name, metric.help),
+                MetricKind::Gauge => describe_gauge!(metric.name, metric.help),
+                MetricKind::Seconds => describe_histogram!(metric.name, Unit::Seconds, metric.help),
+            }
+        }
+        Ok(Self(handle))
+    }
+
+    /// Sorts what was recorded since the last time into buckets; until then it takes memory.
+    pub fn upkeep(&self) {
+        self.0.run_upkeep();
+    }
+}
+
+/// Figures of the process and of the work that waits.
+#[utoipa::path(
+    get, path = "/metrics", tag = "probes", operation_id = "metrics",
+    responses((status = 200, description = "Prometheus' text format", body = String, content_type = "text/plain"))
+)]
+pub async fn metrics(Extract(shared): Extract<Shared>) -> Response {
+    tell_work(&shared).await;
+    ([(CONTENT_TYPE, TEXT)], shared.state.metrics.0.render()).into_response()
+}
+
+/// Figures of the database, as they are now; NaN when it does not answer, so that nothing old looks fresh.
+async fn tell_work(shared: &Shared) {
+    let figures = shared.state.store.work_figures().await;
+    let [pending, oldest_s, set_aside] = match figures {
+        Ok(figures) => {
+            let waiting_h = figures.oldest_pending_since.map_or(0.0, |since| (shared.state.clock)().hours_since(since));
+            [figures.pending as f64, (3600.0 * waiting_h).max(0.0), figures.set_aside as f64]
+        }
+        Err(error) => {
+            tracing::error!(%error, "the database does not tell how much work waits");
+            [f64::NAN; 3]
+        }
+    };
+    gauge!(metric::PENDING_UPLOADS.name).set(pending);
+    gauge!(metric::OLDEST_PENDING_SECONDS.name).set(oldest_s);
+    gauge!(metric::SET_ASIDE.name).set(set_aside);
+}
+
+/// Times a REST call or a page.
+pub async fn time_http(request: Request, next: Next) -> Response {
+    let route = request.extensions().get::<MatchedPath>().map_or("none", MatchedPath::as_str).to_owned();
+    let method = known_method(request.method());
+    let begun = Instant::now();
+    let response = next.run(request).await;
+    let status = response.status().as_str().to_owned();
+    histogram!(metric::HTTP_REQUEST_SECONDS.name, "route" => route, "method" => method, "status" => status)
+        .record(begun.elapsed());
+    response
+}
+
+/// A method as a label: callers may invent further ones.
+fn known_method(method: &Method) -> &'static str {
+    let known = [Method::GET, Method::HEAD, Method::POST, Method::PUT, Method::PATCH, Method::DELETE, Method::OPTIONS];
+    let names = ["GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"];
+    known.iter().zip(names).find(|(known, _)| *known == method).map_or("other", |(_, name)| name)
+}
+
+/// Times a gRPC call, until its answer begins.
+pub async fn time_grpc(request: Request, next: Next) -> Response {
+    let path = request.uri().path().trim_start_matches('/').to_owned();
+    let begun = Instant::now();
+    let response = next.run(request).await;
+    // A refusal is told in the head of the answer, and so is every call that begins to be answered.
+    let code = response.headers().get("grpc-status").map_or(Code::Ok, |code| Code::from_bytes(code.as_bytes()));
+    // Callers may invent methods too.
+    let method = if code == Code::Unimplemented { "unknown".to_owned() } else { path };
+    histogram!(metric::GRPC_REQUEST_SECONDS.name, "method" => method, "code" => (code as i32).to_string())
+        .record(begun.elapsed());
+    response
+}

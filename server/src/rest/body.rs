@@ -1,0 +1,44 @@
+//! Bodies on their way in: of a type that is read, and no longer than allowed.
+
+use axum::{
+    body::{Body, Bytes, to_bytes},
+    http::header::{CONTENT_ENCODING, CONTENT_LENGTH, CONTENT_TYPE, HeaderMap},
+};
+use http_body_util::LengthLimitError;
+
+use crate::refusal::Refusal;
+
+/// Largest body that is one JSON document.
+pub const MAX_UPLOAD_BYTES: usize = 256 << 10;
+
+/// One JSON document.
+pub const JSON: &str = "application/json";
+/// Many JSON documents, one per line.
+pub const NDJSON: &str = "application/x-ndjson";
+
+/// Which of `known` a body is, whatever the parameters of its type; `wanted` names them for the caller.
+pub fn media_type(headers: &HeaderMap, known: &[&'static str], wanted: &'static str) -> Result<&'static str, Refusal> {
+    let text = |name| headers.get(name).map(|value| String::from_utf8_lossy(value.as_bytes()).into_owned());
+    let given = text(CONTENT_TYPE).unwrap_or_default();
+    let encoding = text(CONTENT_ENCODING).unwrap_or_else(|| "identity".to_owned());
+    let essence = given.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
+    let found = known.iter().copied().find(|known| *known == essence);
+    let plain = encoding.eq_ignore_ascii_case("identity");
+    found.filter(|_| plain).ok_or_else(|| {
+        let given = if plain { given } else { format!("{given} encoded as {encoding}") };
+        Refusal::UnsupportedMediaType { given: given.chars().take(100).collect(), wanted }
+    })
+}
+
+/// The bytes of a body of at most [`MAX_UPLOAD_BYTES`].
+pub async fn read(headers: &HeaderMap, body: Body) -> Result<Bytes, Refusal> {
+    let too_large = Refusal::TooLarge { limit_bytes: MAX_UPLOAD_BYTES };
+    let announced = headers.get(CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    if announced.is_some_and(|length| length > MAX_UPLOAD_BYTES as u64) {
+        return Err(too_large);
+    }
+    to_bytes(body, MAX_UPLOAD_BYTES).await.map_err(|error| {
+        let limited = std::error::Error::source(&error).is_some_and(|source| source.is::<LengthLimitError>());
+        if limited { too_large } else { Refusal::Interrupted }
+    })
+}

@@ -1,0 +1,56 @@
+//! Components, wherever they are installed.
+
+use axum::{Json, extract::State as Extract};
+use domain::Component;
+use proto::json::{AsOfBody, ComponentBody, InstallationItem, LifeItem};
+use store::{ComponentRecord, Installation, LifeCursor, LifeRecord};
+
+use super::{Unit, problems::Lookup};
+use crate::{app::Shared, parameters::Named, refusal::Refusal};
+
+/// A component: where it was installed, and its lives.
+#[utoipa::path(
+    get, path = "/v1/components/{part}/{serial}", tag = "components", operation_id = "getComponent",
+    params(
+        ("part" = String, Path, description = "Part number", example = "EMA-500"),
+        ("serial" = String, Path, description = "Serial number", example = "SN-0001"),
+    ),
+    responses((status = 200, description = "The component", body = ComponentBody), Lookup)
+)]
+pub async fn get(Extract(shared): Extract<Shared>, Named(unit): Named<Unit>) -> Result<Json<ComponentBody>, Refusal> {
+    let component = unit.component();
+    let Component { part_number, serial_number, .. } = &component;
+    let unknown = || Refusal::NotFound(format!("component {part_number} {serial_number} is not known"));
+    let record = shared.state.store.component(&component).await?.ok_or_else(unknown)?;
+    Ok(Json(body(component, record)))
+}
+
+fn body(component: Component, record: ComponentRecord) -> ComponentBody {
+    ComponentBody {
+        part_number: component.part_number.into(),
+        serial_number: component.serial_number.into(),
+        enrolled_at: record.enrolled_at.into(),
+        installations: record.installations.into_iter().map(installation).collect(),
+        lives: record.lives.into_iter().map(life).collect(),
+    }
+}
+
+fn installation(installation: Installation) -> InstallationItem {
+    let Installation { tail, position, from, to } = installation;
+    InstallationItem { tail: tail.into(), position: position.into(), from: from.into(), to: to.map(String::from) }
+}
+
+fn life(life: LifeRecord) -> LifeItem {
+    LifeItem {
+        life: life.overhaul_index,
+        generation: life.generation.number,
+        model: life.generation.model.into(),
+        prior: life.generation.prior.into(),
+        first: life.first.map(as_of),
+        last: life.last.map(as_of),
+    }
+}
+
+fn as_of(at: LifeCursor) -> AsOfBody {
+    AsOfBody { flight_hours: at.flight_hours, recorded_at: at.recorded_at.into(), upload_id: at.upload_id.into() }
+}

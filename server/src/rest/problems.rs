@@ -1,0 +1,112 @@
+//! The problem documents that routes answer with, for the OpenAPI document. The examples are
+//! refusals as they are served.
+
+use std::collections::BTreeMap;
+
+use axum::http::StatusCode;
+use domain::Invalid;
+use utoipa::{
+    IntoResponses,
+    openapi::{ContentBuilder, Ref, RefOr, Response, ResponseBuilder},
+};
+
+use crate::refusal::Refusal;
+
+type Responses = BTreeMap<String, RefOr<Response>>;
+
+/// Of a route that reads something that may not be there.
+pub struct Lookup;
+/// Of a route that lists.
+pub struct Listing;
+/// Of a route that takes a body.
+pub struct Posting;
+/// Of a route that changes what became of something.
+pub struct Action;
+/// Of a route that needs the database and nothing else.
+pub struct Probing;
+
+impl IntoResponses for Lookup {
+    fn responses() -> Responses {
+        documented([not_found(), parameter(), unavailable(), Refusal::Internal])
+    }
+}
+
+impl IntoResponses for Listing {
+    fn responses() -> Responses {
+        documented([parameter(), unavailable(), Refusal::Internal])
+    }
+}
+
+impl IntoResponses for Posting {
+    fn responses() -> Responses {
+        documented([
+            Refusal::Malformed(Invalid::one("#/samples/1", "expected value at line 1 column 161")),
+            not_found(),
+            Refusal::Interrupted,
+            Refusal::Conflict("EC-MXA.AIL-L.000123".parse().expect("a name")),
+            Refusal::TooLarge { limit_bytes: super::MAX_UPLOAD_BYTES },
+            Refusal::UnsupportedMediaType { given: "text/csv".to_owned(), wanted: "application/json" },
+            Refusal::Invalid(Invalid::one("#/samples/3", "1000000000 is outside -1.504 to 1.504 V s/rad")),
+            unavailable(),
+            Refusal::Internal,
+        ])
+    }
+}
+
+impl IntoResponses for Action {
+    fn responses() -> Responses {
+        let refused = "upload EC-MXA.AIL-L.000123 is not set aside: it is processed, there is nothing to try again";
+        documented([
+            not_found(),
+            Refusal::Contradiction(refused.to_owned()),
+            parameter(),
+            unavailable(),
+            Refusal::Internal,
+        ])
+    }
+}
+
+impl IntoResponses for Probing {
+    fn responses() -> Responses {
+        documented([unavailable()])
+    }
+}
+
+fn not_found() -> Refusal {
+    Refusal::NotFound("tail EC-MXZ is not known".to_owned())
+}
+
+fn parameter() -> Refusal {
+    Refusal::parameter("limit", "\"0\" must be a number from 1 to 1000")
+}
+
+fn unavailable() -> Refusal {
+    Refusal::Unavailable("the queue of 4096 uploads is full".to_owned())
+}
+
+fn documented<const N: usize>(refusals: [Refusal; N]) -> Responses {
+    refusals.into_iter().map(|refusal| (refusal.status().as_str().to_owned(), response(&refusal).into())).collect()
+}
+
+fn response(refusal: &Refusal) -> Response {
+    let example = serde_json::to_value(refusal.problem()).expect("problems have text keys only");
+    let content = ContentBuilder::new().schema(Some(Ref::from_schema_name("Problem"))).example(Some(example));
+    ResponseBuilder::new()
+        .description(meaning(refusal.status()))
+        .content("application/problem+json", content.build())
+        .build()
+}
+
+fn meaning(status: StatusCode) -> &'static str {
+    match status {
+        StatusCode::BAD_REQUEST => "The body is not JSON",
+        StatusCode::NOT_FOUND => "There is no such thing",
+        StatusCode::REQUEST_TIMEOUT => "The body ended early or took too long",
+        StatusCode::CONFLICT => "It contradicts what is stored; nothing was changed",
+        StatusCode::PAYLOAD_TOO_LARGE => "The body is too large",
+        StatusCode::UNSUPPORTED_MEDIA_TYPE => "The body is of a type that is not read here",
+        StatusCode::UNPROCESSABLE_ENTITY => "Well-formed, but not acceptable: see the errors",
+        StatusCode::SERVICE_UNAVAILABLE => "Not now: see Retry-After",
+        _ => "A fault of the server",
+    }
+}

@@ -1,0 +1,150 @@
+//! What became of uploads, and what their operator decides about them.
+
+use axum::{Json, extract::State as Extract};
+use domain::{ContentHash, FaultModel, OperatorId, UploadId};
+use proto::json::{HealthItem, Page, UploadState, UploadStatusBody};
+use serde::Deserialize;
+use store::{Retrial, UploadRecord, UploadStateKind};
+
+use super::problems::{Action, Listing, Lookup};
+use crate::{
+    State,
+    answer::{fault_models, fault_names, next_cursor},
+    app::Shared,
+    parameters::{Named, Pairs},
+    refusal::Refusal,
+};
+
+/// An upload in a path.
+#[derive(Deserialize)]
+pub struct One {
+    upload_id: UploadId,
+}
+
+/// What became of an upload.
+#[utoipa::path(
+    get, path = "/v1/uploads/{upload_id}", tag = "uploads", operation_id = "getUpload",
+    params(("upload_id" = String, Path, description = "The upload's name", example = "EC-MXA.AIL-L.000123")),
+    responses((status = 200, description = "How far it has come, and its estimate", body = UploadStatusBody), Lookup)
+)]
+pub async fn get(
+    Extract(shared): Extract<Shared>,
+    Named(One { upload_id }): Named<One>,
+) -> Result<Json<UploadStatusBody>, Refusal> {
+    read(&shared.state, &upload_id).await
+}
+
+/// Uploads in one state, by component and then by the time of recording.
+#[utoipa::path(
+    get, path = "/v1/uploads", tag = "uploads", operation_id = "listUploads",
+    params(
+        ("state" = UploadState, Query, description = "Which ones", example = "set_aside"),
+        ("limit" = Option<u32>, Query, description = "1 to 1000, default 50"),
+        ("cursor" = Option<String>, Query, description = "`next_cursor` of the page before"),
+    ),
+    responses((status = 200, description = "One page", body = Page<UploadStatusBody>), Listing)
+)]
+pub async fn list(Extract(shared): Extract<Shared>, pairs: Pairs) -> Result<Json<Page<UploadStatusBody>>, Refusal> {
+    let mut parameters = pairs.read(&["state", "limit", "cursor"]);
+    let state = parameters.required("state", "pending, processed, set_aside or voided", |text| match text {
+        "pending" => Some(UploadStateKind::Pending),
+        "processed" => Some(UploadStateKind::Processed),
+        "set_aside" => Some(UploadStateKind::SetAside),
+        "voided" => Some(UploadStateKind::Voided),
+        _ => None,
+    });
+    let limit = parameters.limit();
+    let after = parameters.parsed("cursor", "a cursor of this collection", |text| text.parse().ok());
+    let state = parameters.finish_with(state)?;
+    let store = &shared.state.store;
+    let mut records = store.uploads(&OperatorId::default(), state, after.as_ref(), limit + 1).await?;
+    let next_cursor = next_cursor(&mut records, limit, |record| record.upload.upload_id.to_string());
+    let models = fault_models(&shared.state).await?;
+    Ok(Json(Page { items: records.into_iter().map(|record| body(record, &models)).collect(), next_cursor }))
+}
+
+/// Take an upload back: it and its name are kept, but nothing rests on it any longer.
+///
+/// What rested on it is computed again. Voiding again changes nothing.
+#[utoipa::path(
+    post, path = "/v1/uploads/{upload_id}/void", tag = "uploads", operation_id = "voidUpload",
+    params(("upload_id" = String, Path, description = "The upload's name", example = "EC-MXA.AIL-L.000123")),
+    responses((status = 200, description = "It is voided", body = UploadStatusBody), Lookup)
+)]
+pub async fn void(
+    Extract(shared): Extract<Shared>,
+    Named(One { upload_id }): Named<One>,
+) -> Result<Json<UploadStatusBody>, Refusal> {
+    let now = (shared.state.clock)();
+    let voiding = shared.state.store.void_upload(&OperatorId::default(), &upload_id, now).await?;
+    voiding.ok_or_else(|| unknown(&upload_id))?;
+    read(&shared.state, &upload_id).await
+}
+
+/// Let an upload that is set aside be tried again, as after a correction of its neighbours.
+#[utoipa::path(
+    post, path = "/v1/uploads/{upload_id}/retry", tag = "uploads", operation_id = "retryUpload",
+    params(("upload_id" = String, Path, description = "The upload's name", example = "EC-MXA.AIL-L.000123")),
+    responses((status = 200, description = "It waits again", body = UploadStatusBody), Action)
+)]
+pub async fn retry(
+    Extract(shared): Extract<Shared>,
+    Named(One { upload_id }): Named<One>,
+) -> Result<Json<UploadStatusBody>, Refusal> {
+    let now = (shared.state.clock)();
+    let retrial = shared.state.store.retry_upload(&OperatorId::default(), &upload_id, now).await?;
+    match retrial.ok_or_else(|| unknown(&upload_id))? {
+        Retrial::Retried => read(&shared.state, &upload_id).await,
+        Retrial::NotSetAside { state } => {
+            let words = match state.kind() {
+                UploadStateKind::Pending => "it waits for a worker already",
+                UploadStateKind::Processed => "it is processed, there is nothing to try again",
+                UploadStateKind::SetAside => "it was tried again meanwhile",
+                UploadStateKind::Voided => "it is voided for ever",
+            };
+            Err(Refusal::Contradiction(format!("upload {upload_id} is not set aside: {words}")))
+        }
+    }
+}
+
+async fn read(state: &State, upload_id: &UploadId) -> Result<Json<UploadStatusBody>, Refusal> {
+    let found = state.store.upload(&OperatorId::default(), upload_id).await?;
+    let record = found.ok_or_else(|| unknown(upload_id))?;
+    Ok(Json(body(record, &fault_models(state).await?)))
+}
+
+fn unknown(upload_id: &UploadId) -> Refusal {
+    Refusal::NotFound(format!("upload {upload_id} is not known"))
+}
+
+fn body(record: UploadRecord, models: &[(ContentHash, FaultModel)]) -> UploadStatusBody {
+    let (mut reason, mut words, mut voided_at) = (None, None, None);
+    let state = match record.state {
+        store::UploadState::Pending => UploadState::Pending,
+        store::UploadState::Processed => UploadState::Processed,
+        store::UploadState::SetAside { reason: code, detail } => {
+            (reason, words) = (Some(code.as_str().to_owned()), Some(detail));
+            UploadState::SetAside
+        }
+        store::UploadState::Voided { at } => {
+            voided_at = Some(at.to_string());
+            UploadState::Voided
+        }
+    };
+    let upload = record.upload;
+    UploadStatusBody {
+        upload_id: upload.upload_id.into(),
+        state,
+        reason,
+        detail: words,
+        voided_at,
+        tail: upload.tail.into(),
+        position: upload.position.into(),
+        part_number: upload.part_number.into(),
+        serial_number: upload.serial_number.into(),
+        flight_hours: upload.flight_hours,
+        recorded_at: upload.recorded_at.into(),
+        received_at: record.received_at.into(),
+        estimate: record.estimate.map(|estimate| HealthItem::new(&estimate, fault_names(models, &estimate.model))),
+    }
+}
