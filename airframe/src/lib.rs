@@ -2,6 +2,7 @@
 
 pub mod beam;
 pub mod fbg;
+pub mod flight;
 pub mod hinge;
 pub mod lifting_line;
 pub mod products;
@@ -11,6 +12,7 @@ pub mod strain;
 pub mod wing;
 
 pub use beam::{Beam, SectionLoads};
+pub use flight::{Flight, FlightSettings, HingeTarget};
 pub use hinge::{HingeModel, hinge_rows};
 pub use lifting_line::{Basis, LiftingLine, Loading};
 pub use products::{Products, felt_by, flight_products};

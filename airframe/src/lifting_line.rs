@@ -254,14 +254,22 @@ mod tests {
     /// 1/CL_alpha = 1/a0 + (1 + tau)/(pi AR).
     #[test]
     fn rectangular_wings_have_glauerts_factors() {
-        let cases = [(6.0, 4.530_42, 0.160_66, 0.048_29), (10.0, 5.046_79, 0.224_93, 0.085_91)];
-        for (aspect_ratio, slope, tau, delta) in cases {
+        for (aspect_ratio, slope, tau, delta, [a3, a5]) in [
+            (4.0, 4.028_387, 0.119_455, 0.028_477, [0.030_327, 0.005_460]),
+            (6.0, 4.530_425, 0.160_660, 0.048_290, [0.029_257, 0.006_223]),
+            (8.0, 4.837_704, 0.195_180, 0.067_611, [0.027_408, 0.006_565]),
+            (10.0, 5.046_791, 0.224_931, 0.085_907, [0.025_502, 0.006_683]),
+            (12.0, 5.199_085, 0.251_105, 0.103_073, [0.023_734, 0.006_677]),
+            (20.0, 5.544_274, 0.332_747, 0.161_734, [0.018_351, 0.006_191]),
+        ] {
             let wing = thin_airfoil_wing(aspect_ratio, |chord_m| Planform::Rectangular { chord_m });
             let loading = LiftingLine::new(wing, POINTS).unit_loading(Basis::Incidence);
             let lift_slope = loading.lift_coefficient();
             close(lift_slope, slope, 1e-4);
             close((1.0 / lift_slope - 0.5 / PI) * PI * aspect_ratio - 1.0, tau, 1e-4);
             close(loading.induced_drag_excess(), delta, 1e-4);
+            close(loading.coefficients[2], a3, 1e-5);
+            close(loading.coefficients[4], a5, 1e-5);
         }
     }
 
@@ -296,6 +304,14 @@ mod tests {
             close(line.flap_hinge_moment_m3_per_rad(), 0.809_379, tolerance);
             close(line.aileron_hinge_moment_m3_per_rad(), 0.579_210, tolerance);
         }
+    }
+
+    /// Lift slope of the wing and what an aileron rolls, per rad.
+    #[test]
+    fn wing_has_its_lift_slope_and_aileron_its_power() {
+        let line = LiftingLine::new(Wing::reference(), 400);
+        close(line.unit_loading(Basis::Incidence).lift_coefficient(), 4.868_398, 1e-5);
+        close(line.unit_loading(Basis::Aileron).roll_moment_coefficient(), -0.330_650, 1e-5);
     }
 
     /// Roll damping per p b/(2 V); the reference is a solution with 2000 points.

@@ -1,10 +1,10 @@
 //! The reference wing against an independent prototype, and against what holds for any section.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use airframe::{
-    Basis, Layout, Section, SectionGeometry, SectionLoads, flight_products, reference_beam, reference_configuration,
-    strains,
+    Basis, Layout, Section, SectionGeometry, SectionLoads, flight_products, products::response, reference_beam,
+    reference_configuration, strains,
 };
 use domain::{AirData, sensor_configuration::FLIGHT_PRODUCTS};
 use nalgebra::DMatrix;
@@ -115,6 +115,36 @@ fn bending_is_the_integral_of_shear() {
     }
     let SectionLoads { shear_n, bending_nm, torsion_nm } = beam.loads(5.0, &products);
     assert!(shear_n.abs() < 1e-9 && bending_nm.abs() < 1e-9 && torsion_nm.abs() < 1e-9);
+}
+
+/// Superposed unit loads are the loads of the whole flight condition, roll included.
+#[test]
+fn loads_are_linear_in_the_products() {
+    let case = AirData { roll_rate_rad_s: 0.5, ..thesis_case() };
+    let beam = reference_beam();
+    let clean = beam.lifting_line().loading(&AirData { flap_rad: 0.0, aileron_rad: 0.0, ..case.clone() });
+    for y_m in [0.0, 1.3, 2.7, 4.4] {
+        let mut direct = SectionLoads {
+            shear_n: 1531.25 * clean.outboard_lift_m2(y_m),
+            bending_nm: 1531.25 * clean.outboard_moment_m3(y_m),
+            torsion_nm: -0.047 * 1531.25 * (5.0 - y_m),
+        };
+        // Half of each surface's lift at each hinge, half a chord behind the axis.
+        let hinges = [(1.0, 1730.476), (2.2, 1730.476), (3.3, 619.184), (4.3, 619.184)];
+        for (hinge_m, lift_n) in hinges.into_iter().filter(|(hinge_m, _)| *hinge_m > y_m) {
+            direct.shear_n += 0.5 * lift_n;
+            direct.bending_nm += 0.5 * lift_n * (hinge_m - y_m);
+            direct.torsion_nm -= 0.5 * lift_n * 0.5;
+        }
+        let actuators = [(1.0, 1730.476), (3.3, 619.184)];
+        for (_, lift_n) in actuators.into_iter().filter(|(actuator_m, _)| *actuator_m > y_m) {
+            direct.torsion_nm -= lift_n * 0.125;
+        }
+        let loads = beam.loads(y_m, &flight_products(&case));
+        close(loads.shear_n, direct.shear_n, 0.05);
+        close(loads.bending_nm, direct.bending_nm, 0.05);
+        close(loads.torsion_nm, direct.torsion_nm, 0.05);
+    }
 }
 
 #[test]
@@ -267,6 +297,41 @@ fn maps_are_the_prototypes() {
             for (value, expected) in row.iter().zip(expected) {
                 close(*value, expected, 3e-6);
             }
+        }
+    }
+}
+
+/// Strains and hinge moments of the prototype's cases, to a hundredth of a microstrain and 1e-5.
+#[test]
+fn cases_have_the_prototypes_strains_and_moments() {
+    let data = std::env::var_os("ACTUARY_DATA").map(PathBuf::from);
+    let data = data.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"));
+    for (layout, set) in
+        [(Layout::A, "A_train"), (Layout::A, "A_valid"), (Layout::D, "D_train"), (Layout::D, "D_valid")]
+    {
+        let Ok(text) = std::fs::read_to_string(data.join("loads").join(format!("{set}.csv"))) else {
+            println!("skipped: no data");
+            return;
+        };
+        let configuration = reference_configuration(layout);
+        let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        for line in text.lines().skip(1) {
+            let row: Vec<&str> = line.split(',').collect();
+            let value = |name: &str| row[names.iter().position(|n| *n == name).unwrap()].parse::<f64>().unwrap();
+            let products = flight_products(&AirData {
+                dynamic_pressure_pa: value("q_Pa"),
+                airspeed_m_s: value("V_mps"),
+                angle_of_attack_rad: value("alpha_rad"),
+                roll_rate_rad_s: value("p_radps"),
+                flap_rad: value("delta_f_rad"),
+                aileron_rad: value("delta_a_rad"),
+            });
+            for (i, strain) in strains(&configuration.strain_map, &products).into_iter().enumerate() {
+                close(strain, value(&format!("eps_true_{i:02}")), 1e-8);
+            }
+            let rows = configuration.hinge_rows.clone();
+            close(response(&rows.flap, &products), value("M_f_Nm"), 1e-5 * value("M_f_Nm").abs());
+            close(response(&rows.aileron, &products), value("M_a_Nm"), 1e-5 * value("M_a_Nm").abs());
         }
     }
 }
