@@ -9,6 +9,7 @@ use domain::{
 
 use crate::{
     beam::Beam,
+    flight::HingeMoments,
     hinge::{HingeModel, hinge_rows},
     lifting_line::LiftingLine,
     section::{Section, SectionGeometry},
@@ -25,6 +26,9 @@ const STRAIN_WAVELENGTHS_NM: [f64; 3] = [1532.0, 1542.0, 1552.0];
 const TEMPERATURE_WAVELENGTH_NM: f64 = 1562.0;
 /// Relative gain noise of a strain reading.
 const GAIN_NOISE: f64 = 0.01;
+
+/// Hinge moments that the actuators of the reference wing work against on average: load 1.
+pub const MEAN_HINGE_MOMENTS: HingeMoments = HingeMoments { flap_nm: 180.0, aileron_nm: 95.0 };
 
 /// The beam of the reference wing.
 pub fn reference_beam() -> Beam {

@@ -133,6 +133,18 @@ fn draw_growth(stream: &mut Stream) -> Vec<(f64, f64)> {
     growth
 }
 
+/// What a dimensionless temperature means.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TemperatureScale {
+    /// The temperature that is 0, degrees Celsius.
+    pub zero_c: f64,
+    /// How many kelvin are 1.
+    pub scale_k: f64,
+}
+
+/// Of the ambient temperature that drives wear.
+pub const AMBIENT_TEMPERATURE: TemperatureScale = TemperatureScale { zero_c: 15.0, scale_k: 20.0 };
+
 /// What drives wear from outside, dimensionless: load about 1, temperature about 0.
 #[derive(Debug, Clone)]
 pub struct Environment {

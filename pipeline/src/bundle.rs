@@ -2,14 +2,15 @@
 
 use std::collections::HashMap;
 
+use airframe::load_estimator::LoadEstimator;
 use diagnosis::Diagnoser;
-use domain::{BundleSummary, ContentHash, FaultModel, Mask};
+use domain::{BundleSummary, ContentHash, FaultModel, Invalid, Mask};
 use ema::motor::Motor;
 use prognosis::{prior::FleetPrior, surrogate::Surrogate};
 use reduction::{GappyPod, ReductionError, SelfOrganisingMap};
 use serde::{Deserialize, Serialize};
 
-use crate::{ChainSettings, Metrics};
+use crate::{ChainSettings, LoadModel, Metrics};
 
 /// The layout that this code reads and writes.
 const FORMAT: u32 = 1;
@@ -38,6 +39,9 @@ pub struct Bundle {
     pub without_load_ratio: Diagnoser,
     /// Stand-in for the assessment function.
     pub surrogate: Surrogate,
+    /// How loads are read; a bundle without it knows none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loads: Option<LoadModel>,
     /// Prior of new lives until the operator's own fleet has taught a better one.
     pub prior: FleetPrior,
     /// How good it was on data that it had not seen.
@@ -81,6 +85,9 @@ pub enum BundleError {
         /// What does not fit.
         reason: ReductionError,
     },
+    /// Its sensor configuration or envelope is none.
+    #[error("loads: {0}")]
+    Loads(#[from] Invalid),
     /// There is nothing to sample by.
     #[error("the bundle has no mask")]
     NoMask,
@@ -104,6 +111,8 @@ pub struct Model {
     pub(crate) bundle: Bundle,
     pub(crate) hash: ContentHash,
     pub(crate) prior: ContentHash,
+    /// By the bundle's own sensor configuration.
+    pub(crate) load_estimator: Option<LoadEstimator>,
     factors: HashMap<ContentHash, Factors>,
 }
 
@@ -133,6 +142,7 @@ impl Model {
         let mut model = Self {
             hash: ContentHash::of(bytes),
             prior: ContentHash::of_json(&bundle.prior),
+            load_estimator: bundle.loads.as_ref().map(|loads| loads.estimator(None)).transpose()?,
             bundle,
             factors: HashMap::new(),
         };

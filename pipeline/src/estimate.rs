@@ -1,7 +1,7 @@
 //! From one upload to its estimate.
 
 use diagnosis::Measurement;
-use domain::{Diagnosis, Estimate, Mask, NUMERICS_VERSION, Outcome, SensorConfiguration, Upload};
+use domain::{Diagnosis, Estimate, HingeLoad, Invalid, Mask, NUMERICS_VERSION, Outcome, SensorConfiguration, Upload};
 use reduction::ReductionError;
 
 use crate::Model;
@@ -12,6 +12,9 @@ pub enum EstimateError {
     /// The mask belongs to another kind of map.
     #[error("mask: {0}")]
     Mask(#[from] ReductionError),
+    /// The tail's sensor configuration cannot be used.
+    #[error("sensor configuration: {0}")]
+    Sensors(#[from] Invalid),
     /// An intermediate was not finite.
     #[error("{what} is {value}")]
     NotFinite {
@@ -44,8 +47,8 @@ impl Model {
             model: self.hash,
             numerics_version: NUMERICS_VERSION,
             outcome,
-            load: None,
-            temperature: None,
+            load: self.load(upload, sensors)?,
+            temperature: self.temperature(upload),
         })
     }
 
@@ -63,6 +66,18 @@ impl Model {
             check_finite(diagnosis)?;
         }
         Ok(outcome)
+    }
+
+    fn load(&self, upload: &Upload, sensors: Option<&SensorConfiguration>) -> Result<Option<HingeLoad>, EstimateError> {
+        let (Some(loads), Some(own)) = (&self.bundle.loads, &self.load_estimator) else { return Ok(None) };
+        Ok(match sensors {
+            None => loads.load(own, upload),
+            Some(_) => loads.load(&loads.estimator(sensors)?, upload),
+        })
+    }
+
+    fn temperature(&self, upload: &Upload) -> Option<f64> {
+        Some(self.bundle.loads.as_ref()?.temperature(upload.temperature_c?))
     }
 }
 

@@ -27,7 +27,7 @@ use prognosis::{
 };
 use reduction::{ImportanceSampling, ReductionError};
 
-use crate::{Bundle, ChainSettings, Dataset, DatasetError, Labels, Metrics, Provenance, SurrogateMetrics};
+use crate::{Bundle, ChainSettings, Dataset, DatasetError, Labels, LoadModel, Metrics, Provenance, SurrogateMetrics};
 
 /// Importance samples that judge the surrogate.
 const VALIDATION_ASSESSMENTS: usize = 500;
@@ -133,6 +133,7 @@ pub fn train(
         motor: settings.motor.clone(),
         masks: diagnosis.masks,
         self_organising_map: diagnosis.self_organising_map,
+        loads: Some(LoadModel::reference(settings.seed)),
         with_load_ratio: diagnosis.with_load_ratio,
         without_load_ratio: diagnosis.without_load_ratio,
         surrogate,

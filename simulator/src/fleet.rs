@@ -7,14 +7,19 @@
 use std::sync::Arc;
 
 use domain::{Mask, Position, Stream, TailNumber, Timestamp};
-use ema::{commutation::BINS, faults::ElectricalFaults, motor::Motor};
+use ema::{commutation::BINS, faults::ElectricalFaults, motor::Motor, wear::AMBIENT_TEMPERATURE};
 use proto::json::UploadBody;
 use tokio::{
     sync::Semaphore,
     task::{JoinSet, spawn_blocking},
 };
 
-use crate::{Client, FleetError, Physics, Sent, instrument::SAMPLE_NOISE, unit::Unit};
+use crate::{
+    Client, FleetError, Physics, Sent,
+    instrument::SAMPLE_NOISE,
+    unit::{Condition, Unit},
+    wing::InstrumentedWing,
+};
 
 /// Length of a flight, hours.
 pub const FLIGHT_FH: f64 = 4.0;
@@ -25,8 +30,6 @@ const OLDEST: f64 = 0.7;
 /// The positions that carry an actuator, outermost first.
 const POSITIONS: [&str; 4] = ["AIL-L", "AIL-R", "FLAP-L", "FLAP-R"];
 const PART_NUMBER: &str = "EMA-48V";
-/// Ambient temperature at zero and one of the dimensionless temperature, degrees Celsius.
-const TEMPERATURE_C: (f64, f64) = (15.0, 20.0);
 
 /// A fleet to be.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,6 +51,7 @@ pub struct FleetPlan {
 pub struct Fleet {
     plan: FleetPlan,
     motor: Motor,
+    wing: Arc<InstrumentedWing>,
     mask: Arc<Mask>,
     client: Client,
     slots: Vec<Slot>,
@@ -114,7 +118,8 @@ impl Fleet {
         let mut slots: Vec<Slot> = slots.join_all().await.into_iter().collect::<Result<_, _>>()?;
         slots.sort_by_key(|slot| slot.number);
         let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
-        Ok(Self { plan, motor: Motor::default(), mask, client, slots, cores: Arc::new(Semaphore::new(cores)) })
+        let wing = Arc::new(spawn_blocking(InstrumentedWing::reference).await?);
+        Ok(Self { plan, motor: Motor::default(), wing, mask, client, slots, cores: Arc::new(Semaphore::new(cores)) })
     }
 
     /// The plan.
@@ -134,6 +139,7 @@ impl Fleet {
             let crew = Crew {
                 plan: self.plan.clone(),
                 motor: self.motor.clone(),
+                wing: self.wing.clone(),
                 mask: self.mask.clone(),
                 client: self.client.clone(),
                 cores: self.cores.clone(),
@@ -223,6 +229,7 @@ async fn assemble(seed: u64, index: u64) -> Result<Arc<Unit>, FleetError> {
 struct Crew {
     plan: FleetPlan,
     motor: Motor,
+    wing: Arc<InstrumentedWing>,
     mask: Arc<Mask>,
     client: Client,
     cores: Arc<Semaphore>,
@@ -251,11 +258,14 @@ impl Crew {
         let (motor, mask, physics) = (self.motor.clone(), self.mask.clone(), self.plan.physics);
         let (unit, flights, seed) = (slot.unit.clone(), slot.flights, self.plan.seed);
         let hours = flights as f64 * FLIGHT_FH;
-        let (reading, temperature) = spawn_blocking(move || {
-            let (faults, temperature) = unit.at(hours);
+        let (wing, position) = (self.wing.clone(), slot.position.clone());
+        let (reading, flight, ambient_c) = spawn_blocking(move || {
+            let Condition { faults, load, temperature } = unit.at(hours);
             let faults = ElectricalFaults::try_from(faults).expect("wear stays within what the physics can do");
-            let stream = Stream::new(seed, &["flight", unit.serial_number.as_str(), &flights.to_string()]);
-            (physics.measure(&motor, &faults, &mask, stream), temperature)
+            let key = ["flight", unit.serial_number.as_str(), &flights.to_string()];
+            let ambient_c = AMBIENT_TEMPERATURE.zero_c + AMBIENT_TEMPERATURE.scale_k * temperature;
+            let flight = wing.fly(&position, load, ambient_c, &Stream::new(seed, &["wing", key[1], key[2]]));
+            (physics.measure(&motor, &faults, &mask, Stream::new(seed, &key)), flight, ambient_c)
         })
         .await?;
         Ok(UploadBody {
@@ -270,9 +280,9 @@ impl Crew {
             samples: reading.samples,
             load_ratio: Some(reading.load_ratio.into()),
             sample_noise: Some(SAMPLE_NOISE),
-            strain: None,
-            air_data: None,
-            temperature_c: Some(TEMPERATURE_C.0 + TEMPERATURE_C.1 * temperature),
+            strain: Some(flight.strain.into()),
+            air_data: Some(flight.air_data.into()),
+            temperature_c: Some(ambient_c),
             winding_temperature_c: None,
             on_ground: Some(false),
         })

@@ -6,6 +6,7 @@ mod fleet;
 mod instrument;
 mod truth;
 mod unit;
+mod wing;
 
 pub use client::{Client, Sent};
 pub use fleet::{FH_PER_DAY, Fleet, FleetPlan, Flown};

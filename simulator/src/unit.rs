@@ -14,6 +14,17 @@ pub struct Unit {
     life: LifeHistory,
 }
 
+/// The hidden condition of a unit at some hour.
+#[derive(Debug, Clone, Copy)]
+pub struct Condition<'a> {
+    /// Its faults.
+    pub faults: &'a FaultVector,
+    /// The load that it works against, relative to the mean moment.
+    pub load: f64,
+    /// Ambient temperature, dimensionless.
+    pub temperature: f64,
+}
+
 impl Unit {
     /// The `index`-th unit of the fleet of `seed`. Every second one has growth that changes in life.
     pub fn new(seed: u64, index: u64) -> Self {
@@ -32,9 +43,13 @@ impl Unit {
         self.life.t_failure_fh
     }
 
-    /// Faults and ambient temperature (dimensionless) after `hours`; those at failure beyond it.
-    pub fn at(&self, hours: f64) -> (&FaultVector, f64) {
+    /// Its condition after `hours`; that at failure beyond it.
+    pub fn at(&self, hours: f64) -> Condition<'_> {
         let index = self.life.t_fh.partition_point(|&t| t <= hours).saturating_sub(1);
-        (&self.life.states[index], self.life.temperature[index])
+        Condition {
+            faults: &self.life.states[index],
+            load: self.life.load[index],
+            temperature: self.life.temperature[index],
+        }
     }
 }

@@ -8,9 +8,13 @@
 mod analysis;
 mod models;
 
-use std::{num::NonZeroUsize, sync::Arc, time::Duration};
+use std::{
+    num::NonZeroUsize,
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
-use domain::Timestamp;
+use domain::{Timestamp, metric};
 use store::{Completion, Lease, Store, StoreError};
 use tokio::task::{JoinError, JoinSet};
 use tokio_util::sync::CancellationToken;
@@ -89,7 +93,15 @@ async fn wait(news: impl Future<Output = ()>, settings: &Settings, shutdown: &Ca
 
 async fn serve_lease(store: &Store, models: &Models, settings: &Settings, lease: Lease) {
     let component = &lease.component;
-    match process(store, models, settings, &lease).await {
+    let (begun, completion) = (Instant::now(), process(store, models, settings, &lease).await);
+    metrics::histogram!(metric::ANALYSIS_SECONDS.name).record(begun.elapsed());
+    let outcome = match &completion {
+        Ok(Completion::Done) => "done",
+        Ok(Completion::Fenced) => "fenced",
+        Err(_) => "failed",
+    };
+    metrics::counter!(metric::LEASES.name, "outcome" => outcome).increment(1);
+    match completion {
         Ok(Completion::Done) => tracing::debug!(?component, "analysed"),
         Ok(Completion::Fenced) => tracing::warn!(?component, "the lease had passed to another worker"),
         Err(error) => {
