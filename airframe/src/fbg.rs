@@ -36,10 +36,8 @@ pub struct Sensitivity {
 
 impl Sensitivity {
     /// A grating that nothing strains but its own expansion: C_T = alpha_f + zeta_f = 6.65e-6 /K.
-    pub const FREE: Self = Self {
-        strain: 1.0 - PHOTOELASTIC_COEFFICIENT,
-        temperature_per_k: FIBRE_EXPANSION_PER_K + THERMO_OPTIC_PER_K,
-    };
+    pub const FREE: Self =
+        Self { strain: 1.0 - PHOTOELASTIC_COEFFICIENT, temperature_per_k: FIBRE_EXPANSION_PER_K + THERMO_OPTIC_PER_K };
 
     /// A grating bonded on aluminium: C_T = C_eps (alpha_m - alpha_f) + alpha_f + zeta_f = 24.161e-6 /K
     /// (Berri 2021, eq. 4.21, corrected).
