@@ -10,7 +10,7 @@ use std::{hint::black_box, path::Path};
 use criterion::{Criterion, criterion_group, criterion_main};
 use domain::{FaultModel, Stream};
 use prognosis::{
-    Filter, FleetPrior, ForecastSettings, blocks, forecast,
+    Estimator, Filter, FleetPrior, Follower, ForecastSettings, PredictionSettings, Thesis, blocks, forecast,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings},
 };
 use simulated::{Growth, observe};
@@ -19,7 +19,8 @@ use simulated::{Growth, observe};
 fn online_step(criterion: &mut Criterion) {
     let (prior, mut random) = (FleetPrior::vague(), Stream::new(4, &["bench"]));
     let path = Growth::draw(&prior, &mut random).path(1200.0, &mut random);
-    let closed = blocks(&observe(&path, 1.0, &mut random));
+    let observations = observe(&path, 1.0, &mut random);
+    let closed = blocks(&observations);
     let (last, earlier) = closed.split_last().expect("a life of many blocks");
     let mut filter = Filter::new(&FaultModel::electrical(), &prior);
     earlier.iter().for_each(|block| filter.update(block));
@@ -39,6 +40,15 @@ fn online_step(criterion: &mut Criterion) {
     let (posterior, stream) = (filter.posterior(), Stream::new(1, &["bench"]));
     criterion.bench_function("forecast of 1,000 draws, 300 centres", |bencher| {
         bencher.iter(|| forecast(&posterior, 9.0, &surrogate, None, &ForecastSettings::default(), &stream));
+    });
+
+    let model = FaultModel::electrical();
+    let thesis = Thesis { model: &model, boundary: &surrogate };
+    let mut follower = thesis.follow();
+    observations.iter().for_each(|observation| follower.observe(observation));
+    let settings = PredictionSettings { draws: 1000, horizon_fh: 10_000.0 };
+    criterion.bench_function("thesis: prediction of 1,000 draws", |bencher| {
+        bencher.iter(|| follower.predict(1200.0, &settings, &stream));
     });
 }
 
