@@ -231,6 +231,7 @@ mod tests {
                 speed_rad_s,
                 command_rad: 0.0,
                 output_rad: 0.0,
+                motor_rad: 0.0,
             });
         }
     }

@@ -13,6 +13,7 @@ pub mod high_fidelity;
 pub mod lf1;
 pub mod lf2;
 pub mod manoeuvre;
+pub mod mechanical_faults;
 pub mod motor;
 pub mod response;
 pub mod shaft;

@@ -16,11 +16,13 @@ pub struct Sine {
     pub phase_rad: f64,
 }
 
-/// A constant plus sines.
+/// A constant plus a ramp plus sines.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Signal {
     /// The constant.
     pub constant: f64,
+    /// Slope of the ramp, per second.
+    pub rate_per_s: f64,
     /// The harmonics.
     pub sines: Vec<Sine>,
 }
@@ -28,13 +30,23 @@ pub struct Signal {
 impl Signal {
     /// A signal that does not change.
     pub fn constant(constant: f64) -> Self {
-        Self { constant, sines: Vec::new() }
+        Self { constant, ..Self::default() }
+    }
+
+    /// A ramp from zero.
+    pub fn ramp(rate_per_s: f64) -> Self {
+        Self { rate_per_s, ..Self::default() }
+    }
+
+    /// One sine about zero that begins at zero.
+    pub fn sine(amplitude: f64, frequency_hz: f64) -> Self {
+        Self { sines: vec![Sine { amplitude, frequency_hz, phase_rad: 0.0 }], ..Self::default() }
     }
 
     /// Value at a time, s.
     pub fn at(&self, time_s: f64) -> f64 {
         let value = |sine: &Sine| sine.amplitude * libm::sin(TAU * sine.frequency_hz * time_s + sine.phase_rad);
-        self.sines.iter().fold(self.constant, |sum, sine| sum + value(sine))
+        self.sines.iter().fold(self.constant + self.rate_per_s * time_s, |sum, sine| sum + value(sine))
     }
 }
 
@@ -56,19 +68,17 @@ pub struct Manoeuvre {
 impl Manoeuvre {
     /// The motion under which maps for training are acquired: 0.2 rad at 0.5 Hz, no load.
     pub fn acquisition() -> Self {
-        let sine = Sine { amplitude: 0.2, frequency_hz: 0.5, phase_rad: 0.0 };
-        Self { command_rad: Signal { constant: 0.0, sines: vec![sine] }, ..Self::step(0.0) }
+        Self::of(Signal::sine(0.2, 0.5))
     }
 
     /// A step of the command from zero, rad, no load.
     pub fn step(command_rad: f64) -> Self {
-        Self {
-            start_rad: 0.0,
-            command_rad: Signal::constant(command_rad),
-            load_nm: Signal::default(),
-            current_noise_a: 0.0,
-            noise_seed: 0,
-        }
+        Self::of(Signal::constant(command_rad))
+    }
+
+    /// A command to an actuator at zero, rad, no load.
+    pub fn of(command_rad: Signal) -> Self {
+        Self { start_rad: 0.0, command_rad, load_nm: Signal::default(), current_noise_a: 0.0, noise_seed: 0 }
     }
 
     /// A random motion in operation: a large slow and a small fast sine of the command, a steady load
@@ -82,11 +92,11 @@ impl Manoeuvre {
         let steady = between(-0.25, 0.25);
         let gust =
             Sine { amplitude: between(0.0, 0.25), frequency_hz: between(0.3, 1.5), phase_rad: between(0.0, TAU) };
-        let command_rad = Signal { constant: 0.0, sines: vec![slow, fast] };
+        let command_rad = Signal { sines: vec![slow, fast], ..Signal::default() };
         Self {
             start_rad: command_rad.at(0.0),
             command_rad,
-            load_nm: Signal { constant: steady, sines: vec![gust] },
+            load_nm: Signal { constant: steady, sines: vec![gust], ..Signal::default() },
             current_noise_a: 0.1,
             noise_seed: stream.bits(),
         }

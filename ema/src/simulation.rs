@@ -69,6 +69,8 @@ pub struct Sample {
     pub command_rad: f64,
     /// Output angle at the beginning, rad.
     pub output_rad: f64,
+    /// Motor angle at the beginning, rad.
+    pub motor_rad: f64,
 }
 
 /// Looks on while a simulation runs.
@@ -208,6 +210,7 @@ impl Run<'_> {
                     speed_rad_s,
                     command_rad: tick.command_rad,
                     output_rad: self.shaft.output_rad(),
+                    motor_rad: self.shaft.motor_rad(),
                 });
                 self.shaft.step(electrical.torque_nm, tick.load_nm, step_s);
                 if self.rotor.has_left(self.shaft.motor_rad()) {
