@@ -1,6 +1,7 @@
 //! The subcommands.
 
 pub mod demo;
+pub mod diagnose;
 pub mod serve;
 pub mod simulate;
 pub mod train;

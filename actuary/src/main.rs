@@ -5,6 +5,7 @@ mod command;
 mod default_model;
 mod exit;
 mod files;
+mod progress;
 mod service;
 mod table;
 mod telemetry;
@@ -13,7 +14,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::command::{demo, serve, simulate, train, verify};
+use crate::command::{demo, diagnose, serve, simulate, train, verify};
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
 #[derive(Debug, Parser)]
@@ -28,6 +29,7 @@ enum Command {
     Demo(demo::Arguments),
     Serve(serve::Arguments),
     Train(train::Arguments),
+    Diagnose(diagnose::Arguments),
     Simulate(simulate::Arguments),
     Verify(verify::Arguments),
 }
@@ -41,6 +43,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Train(arguments) => train::run(arguments),
+        Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Verify(arguments) => verify::run(&arguments),
     };

@@ -1,22 +1,43 @@
-//! `actuary train`: a model bundle from nothing but a motor's parameters and a seed.
+//! `actuary train`: a model bundle from a motor's parameters and a seed, or from maps that somebody has.
 
-use std::{fs, path::PathBuf, time::Instant};
+mod chain;
 
-use anyhow::{Context, Result};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use anyhow::Result;
 use clap::Args;
-use ema::motor::Motor;
-use indicatif::{ProgressBar, ProgressStyle};
-use pipeline::{ChainSettings, Model, Progress, TrainError, TrainSettings};
+use pipeline::{Model, TrainError, TrainSettings};
 
-use crate::exit::Failure;
+use crate::{
+    exit::Failure,
+    files::{dataset, motor, output::OutputFile},
+    progress::Bar,
+};
 
-/// Train a model bundle from nothing: simulates maps, assessments and a fleet, and learns from them.
+/// Train a model bundle: simulates maps, assessments and a fleet, and learns from them.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  actuary train --out bundle.json --samples 1000 --seed 1")]
+#[command(after_help = "Examples:
+  actuary train --out bundle.json --samples 1000 --seed 1
+  actuary train --out bench.json --dataset bench/ --motor motor.json
+  actuary train --out thesis.json --chain thesis
+
+A dataset is a folder of CSV files:
+  theta.csv    header theta_rad; the centres of the bins of a map over one turn, rad
+  K.csv        header = names of the faults; a fault vector a row, each fault in 0 to 1
+  Y.csv        no header; a map a row: back-EMF coefficient of each bin, V s/rad
+  R.csv        no header; load ratio r = R i/(k w) of each bin, like Y.csv (optional)
+  r.csv        header r; mean load ratio of each map (optional, used without R.csv)
+  labels.csv   fault columns and label (healthy|faulty), or min_margin, or the figures of merit (optional)")]
 pub struct Arguments {
     /// The bundle to write; nothing is written unless training succeeds.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Maps of known faults to learn the diagnosis from; simulated ones without it.
+    #[arg(long, value_name = "DIR")]
+    dataset: Option<PathBuf>,
     /// Importance samples of the fault vector.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=100_000))]
     samples: u32,
@@ -29,54 +50,43 @@ pub struct Arguments {
     /// Parameters of the motor (JSON); the 48 V reference actuator without it.
     #[arg(long, value_name = "FILE")]
     motor: Option<PathBuf>,
+    #[command(flatten)]
+    chain: chain::ChainArguments,
 }
 
 /// Trains and writes the bundle.
 pub fn run(arguments: Arguments) -> Result<()> {
-    let motor = match &arguments.motor {
-        None => Motor::default(),
-        Some(file) => read_motor(file)?,
-    };
     let settings = TrainSettings {
-        motor,
+        motor: motor::read(arguments.motor.as_deref())?,
         samples: arguments.samples as usize,
         lives: arguments.lives as usize,
         seed: arguments.seed,
-        chain: ChainSettings::default(),
+        chain: arguments.chain.settings(),
     };
+    let dataset = arguments.dataset.as_deref().map(dataset::read).transpose()?;
+    let out = OutputFile::new(&arguments.out)?;
     let started = Instant::now();
-    let bar = Bar::new();
-    let bundle = pipeline::train(&settings, None, &bar).map_err(|error| match error {
-        TrainError::Motor(_) | TrainError::Unfit { .. } | TrainError::Incomplete { .. } => {
-            Failure::BadInput(error.to_string()).into()
-        }
-        other => anyhow::Error::from(other),
-    })?;
-    bar.0.finish_and_clear();
+    let bundle = pipeline::train(&settings, dataset.as_ref(), &Bar::new())
+        .map_err(|error| refused(error, arguments.dataset.as_deref()))?;
     let bytes = bundle.to_bytes();
     let model = Model::from_bytes(&bytes)?;
-    write_whole(&arguments.out, &bytes)?;
+    out.write(|writer| writer.write_all(&bytes))?;
     report(&model, &arguments.out, started.elapsed().as_secs_f64());
     Ok(())
 }
 
-fn read_motor(file: &PathBuf) -> Result<Motor, Failure> {
-    let refuse = |reason: String| Failure::BadInput(format!("{}: {reason}", file.display()));
-    let text = fs::read(file).map_err(|error| refuse(error.to_string()))?;
-    let motor: Motor = serde_json::from_slice(&text).map_err(|error| refuse(error.to_string()))?;
-    motor.check().map_err(|invalid| refuse(invalid.to_string()))?;
-    Ok(motor)
+/// Training is a pure function of what the user gave: nearly all that can go wrong is in that.
+fn refused(error: TrainError, dataset: Option<&Path>) -> anyhow::Error {
+    match (error, dataset) {
+        (error @ TrainError::Prior(_), _) => error.into(),
+        (TrainError::Dataset(error), Some(folder)) => {
+            Failure::BadInput(format!("{}: {error}", folder.display())).into()
+        }
+        (error, _) => Failure::BadInput(error.to_string()).into(),
+    }
 }
 
-/// Writes beside the file and renames, so that nobody ever sees half of it.
-fn write_whole(file: &PathBuf, bytes: &[u8]) -> Result<()> {
-    let beside = file.with_extension("part");
-    fs::write(&beside, bytes)
-        .and_then(|()| fs::rename(&beside, file))
-        .with_context(|| format!("cannot write {}", file.display()))
-}
-
-fn report(model: &Model, out: &std::path::Path, seconds: f64) {
+fn report(model: &Model, out: &Path, seconds: f64) {
     let metrics = &model.bundle().metrics;
     let percent = |name: &str, v: &pipeline::Validation| {
         println!("  {name:<24} {:5.2} {:5.2} {:5.2}", 100.0 * v.median, 100.0 * v.mean, 100.0 * v.p95);
@@ -88,33 +98,12 @@ fn report(model: &Model, out: &std::path::Path, seconds: f64) {
     percent("mean load ratio", &metrics.diagnosis.mean_load_ratio);
     percent("no load ratio", &metrics.diagnosis.no_load_ratio);
     println!("surrogate on {} unseen samples, % (accuracy missed false):", metrics.surrogate.samples);
-    for (name, quality) in [
-        ("regression per figure", &metrics.surrogate.figure_regression),
-        ("support vector machine", &metrics.surrogate.svm),
-    ] {
+    let judged = [
+        ("regression per figure", metrics.surrogate.figure_regression.as_ref()),
+        ("support vector machine", Some(&metrics.surrogate.svm)),
+    ];
+    for (name, quality) in judged.into_iter().filter_map(|(name, quality)| Some((name, quality?))) {
         let shares = [quality.accuracy, quality.missed_share, quality.false_share].map(|share| 100.0 * share);
         println!("  {name:<24} {:5.2} {:5.2} {:5.2}", shares[0], shares[1], shares[2]);
-    }
-}
-
-/// One bar per stage, on standard error.
-struct Bar(ProgressBar);
-
-impl Bar {
-    fn new() -> Self {
-        let style = ProgressStyle::with_template("{msg:<32} {wide_bar} {pos}/{len} {eta}").expect("a valid template");
-        Self(ProgressBar::new(0).with_style(style))
-    }
-}
-
-impl Progress for Bar {
-    fn stage(&self, name: &'static str, steps: usize) {
-        self.0.reset();
-        self.0.set_length(steps as u64);
-        self.0.set_message(name);
-    }
-
-    fn step(&self) {
-        self.0.inc(1);
     }
 }

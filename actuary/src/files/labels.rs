@@ -1,0 +1,85 @@
+//! Labelled fault vectors: fault columns, then the figures of merit, `min_margin` or `label`
+//! (healthy | faulty), whichever there is.
+//!
+//! What says most counts: four figures more than the least margin, that more than the verdict. Figures
+//! count where the default requirements explain the least margin; another rig's requirements are unknown.
+
+use std::path::Path;
+
+use ema::assessment::{Assessment, Requirements};
+use pipeline::Labels;
+use prognosis::surrogate::LabelledFaults;
+
+use super::table::{Column, Table};
+use crate::exit::Failure;
+
+/// No-load speed, stall load, gain margin, phase margin; an empty margin = no crossing.
+const FIGURES: [&str; 4] = ["noload_rad_s", "stall_Nm", "gm_dB", "pm_deg"];
+/// Rounding of figures and margins in a file.
+const ROUNDING: f64 = 1e-3;
+
+/// Reads labelled fault vectors; `fault_names` are the columns of the fault vector.
+pub fn read(file: &Path, fault_names: &[String]) -> Result<Labels, Failure> {
+    let table = Table::open(file)?;
+    let faults = table.columns_of(fault_names)?;
+    let verdicts = table.optional_column("label").map(|column| verdicts(&table, column)).transpose()?;
+    let least = table.optional_column("min_margin").map(|column| column.numbers()).transpose()?;
+    let margins = match (figure_margins(&table, least.as_deref())?, &least, &verdicts) {
+        (Some(margins), _, _) => margins,
+        (None, Some(least), _) => least.iter().map(|margin| vec![*margin]).collect(),
+        (None, None, Some(verdicts)) => verdicts.iter().map(|healthy| vec![if *healthy { 1.0 } else { -1.0 }]).collect(),
+        (None, None, None) => return Err(table.refuse("no column label, nor min_margin, nor the four figures")),
+    };
+    let mut samples = Vec::with_capacity(table.rows());
+    for (row, margins) in margins.into_iter().enumerate() {
+        let k = faults.iter().map(|column| fault(column, row)).collect::<Result<_, _>>()?;
+        let sample = LabelledFaults { k, margins };
+        let contradicts = |healthy: bool| if healthy { sample.margin() < -ROUNDING } else { sample.margin() > ROUNDING };
+        if verdicts.as_ref().is_some_and(|verdicts| contradicts(verdicts[row])) {
+            let margin = sample.margin();
+            return Err(table.column("label")?.refuse(row, format!("contradicts the least margin, {margin:.6}")));
+        }
+        samples.push(sample);
+    }
+    let known_margins = least.is_some() || samples.iter().any(|sample| sample.margins.len() > 1);
+    Ok(if known_margins { Labels::Margins(samples) } else { Labels::Verdicts(samples) })
+}
+
+/// A fault of one row: a number in [0, 1].
+pub fn fault(column: &Column, row: usize) -> Result<f64, Failure> {
+    match column.number(row)? {
+        k if (0.0..=1.0).contains(&k) => Ok(k),
+        k => Err(column.refuse(row, format!("{k} is outside 0 to 1"))),
+    }
+}
+
+fn verdicts(table: &Table, column: Column) -> Result<Vec<bool>, Failure> {
+    let verdict = |row| match column.text(row) {
+        "healthy" => Ok(true),
+        "faulty" => Ok(false),
+        other => Err(column.refuse(row, format!("\"{other}\" is neither healthy nor faulty"))),
+    };
+    (0..table.rows()).map(verdict).collect()
+}
+
+/// The margins of the figures, where all are there and explain the least margin.
+fn figure_margins(table: &Table, least: Option<&[f64]>) -> Result<Option<Vec<Vec<f64>>>, Failure> {
+    let [Some(speed), Some(load), Some(gain), Some(phase)] = FIGURES.map(|name| table.optional_column(name)) else {
+        return Ok(None);
+    };
+    let mut margins = Vec::with_capacity(table.rows());
+    for row in 0..table.rows() {
+        let assessment = Assessment {
+            no_load_speed_rad_s: speed.number(row)?,
+            stall_load_nm: load.number(row)?,
+            gain_margin_db: gain.optional_number(row)?,
+            phase_margin_deg: phase.optional_number(row)?,
+        };
+        let of_row = assessment.margins_to(&Requirements::default());
+        if least.is_some_and(|least| (least[row] - assessment.min_margin()).abs() > ROUNDING) {
+            return Ok(None);
+        }
+        margins.push(of_row.to_vec());
+    }
+    Ok(Some(margins))
+}
