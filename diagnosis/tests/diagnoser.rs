@@ -10,7 +10,7 @@ use diagnosis::{
     train, validate,
 };
 use domain::{Diagnosis, FaultVector, LoadRatio, Mask, Outcome, Stream};
-use reduction::GappyPod;
+use reduction::{GappyPod, Prior};
 
 struct Trained {
     diagnoser: Diagnoser,
@@ -144,6 +144,27 @@ fn a_repeat_and_a_restored_diagnoser_give_the_same_bits() {
 #[test]
 fn the_same_seed_trains_the_same_diagnoser() {
     assert_eq!(small(7).0, TRAINED.diagnoser);
+}
+
+#[test]
+fn least_squares_trained_without_noise_are_exact_on_clean_samples_and_worse_on_noisy_ones() {
+    let maps = closed_form_maps(600, 7);
+    let settings = TrainingSettings {
+        prior: Prior::Flat,
+        noise_training: false,
+        realisations: 1,
+        restarts: 2,
+        ..TrainingSettings::new(MapKind::LoadInvariant)
+    };
+    let set = TrainingSet { fault_model: &faults(), mask: &TRAINED.mask, maps: &maps, calibration: &[] };
+    let plain = train(&set, &settings, &Stream::new(7, &["train"])).unwrap();
+    let unseen = closed_form_maps(100, 8);
+    let mean = |diagnoser: &Diagnoser, noise: f64| {
+        let settings = ValidationSettings { load: LoadInput::PerSample, noise, repeats: 5 };
+        validate(diagnoser, &TRAINED.mask, &unseen, &settings, &Stream::new(1, &["validate"])).unwrap().mean
+    };
+    assert!(mean(&plain, 0.0) < mean(&TRAINED.diagnoser, 0.0));
+    assert!(mean(&plain, 0.03) > mean(&TRAINED.diagnoser, 0.03));
 }
 
 #[test]

@@ -8,6 +8,7 @@ use diagnosis::{
     ValidationSettings, train, validate,
 };
 use domain::{Mask, Stream};
+use reduction::MaskDesign;
 
 fn stream() -> Stream {
     Stream::new(1, &["figures"])
@@ -50,10 +51,16 @@ fn faults_under_random_command_and_load_are_found_within_these_errors() {
     let found = measured("load ratio per sample", &diagnoser, &mask, &unseen, LoadInput::PerSample);
     assert!(found.median <= 0.0040 && found.mean <= 0.0045 && found.p95 <= 0.0080);
     assert!((0.88..=0.92).contains(&coverage(&found)) && found.implausible < 0.03);
+    let uniform = MaskDesign::default().uniform(360).unwrap();
+    let found = measured("load ratio per sample, uniform mask", &diagnoser, &uniform, &unseen, LoadInput::PerSample);
+    assert!(found.median <= 0.0040 && found.mean <= 0.0045 && found.p95 <= 0.0080);
+    assert!((0.88..=0.92).contains(&coverage(&found)) && found.implausible < 0.03);
     let found = measured("mean load ratio", &diagnoser, &mask, &unseen, LoadInput::Mean);
     assert!(found.median <= 0.0060 && found.mean <= 0.0090 && found.p95 <= 0.025);
 
     let (diagnoser, mask) = trained(&maps, MapKind::Raw);
-    let found = measured("no load ratio", &diagnoser, &mask, &unseen, LoadInput::None);
-    assert!(found.median <= 0.0060 && found.mean <= 0.0090 && found.p95 <= 0.025);
+    for (name, mask) in [("no load ratio", &mask), ("no load ratio, uniform mask", &uniform)] {
+        let found = measured(name, &diagnoser, mask, &unseen, LoadInput::None);
+        assert!(found.median <= 0.0060 && found.mean <= 0.0090 && found.p95 <= 0.025);
+    }
 }
