@@ -6,7 +6,7 @@ use sqlx::SqliteConnection;
 use super::{
     Sqlite,
     lives::{self, LifePointer},
-    row::{BindComponent, ComponentColumns, checksum, decode, hours_column, parse},
+    row::{BindKey, ComponentColumns, checksum, decode, hours_column, parse},
 };
 use crate::{LifeCursor, StoreError};
 
@@ -31,6 +31,7 @@ impl Sqlite {
             from: (from_fh.unwrap_or(f64::MIN), i64::MIN, ""),
             after: after.map(|at| (at.flight_hours, at.recorded_at.micros(), at.upload_id.as_str())),
             to_fh: to_fh.unwrap_or(f64::MAX),
+            counting: true,
             limit: limit.into(),
         };
         estimates(&mut transaction, component, pointer, range).await
@@ -64,11 +65,15 @@ pub(super) struct EstimateRange<'a> {
     from: LifeOrder<'a>,
     after: Option<LifeOrder<'a>>,
     to_fh: f64,
+    /// Leaves out those that are excluded from the life.
+    counting: bool,
     limit: i64,
 }
 
 impl EstimateRange<'_> {
-    pub(super) const ALL: Self = Self { from: (f64::MIN, i64::MIN, ""), after: None, to_fh: f64::MAX, limit: ALL };
+    /// Every one, excluded or not.
+    pub(super) const ALL: Self =
+        Self { from: (f64::MIN, i64::MIN, ""), after: None, to_fh: f64::MAX, counting: false, limit: ALL };
 
     fn start(&self) -> LifeOrder<'_> {
         self.after.filter(|after| *after > self.from).unwrap_or(self.from)
@@ -133,7 +138,13 @@ pub(super) async fn estimates(
          from estimates
          where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation = $5
            and (flight_hours, recorded_at, upload_id) > ($6, $7, $8) and flight_hours < $9
-         order by flight_hours, recorded_at, upload_id limit $10",
+           and not ($10 and exists (
+             select 1 from exclusions x
+             where x.operator = estimates.operator and x.part_number = estimates.part_number
+               and x.serial_number = estimates.serial_number and x.recorded_at = estimates.recorded_at
+               and x.upload_id = estimates.upload_id and x.overhaul_index = estimates.overhaul_index
+               and x.generation = estimates.generation))
+         order by flight_hours, recorded_at, upload_id limit $11",
     )
     .bind_component(component)
     .bind(pointer.overhaul_index)
@@ -142,10 +153,63 @@ pub(super) async fn estimates(
     .bind(start.1)
     .bind(start.2)
     .bind(range.to_fh)
+    .bind(range.counting)
     .bind(range.limit)
     .fetch_all(connection)
     .await?;
     rows.into_iter().map(EstimateRow::estimate).collect()
+}
+
+/// Which end of an order to look at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    First,
+    Last,
+}
+
+/// Estimates that count in one generation of a life: the SQL up to its order.
+macro_rules! counting {
+    ($order:literal) => {
+        concat!(
+            "select e.operator, e.part_number, e.serial_number, e.overhaul_index, e.generation, e.flight_hours,
+                    e.recorded_at, e.upload_id, e.body, e.checksum
+             from estimates e
+             where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and e.overhaul_index = $4
+               and e.generation = $5
+               and not exists (
+                 select 1 from exclusions x
+                 where x.operator = e.operator and x.part_number = e.part_number
+                   and x.serial_number = e.serial_number and x.recorded_at = e.recorded_at
+                   and x.upload_id = e.upload_id and x.overhaul_index = e.overhaul_index
+                   and x.generation = e.generation) ",
+            $order
+        )
+    };
+}
+
+/// The first or last place in the order of a life that has an estimate which counts.
+pub(super) async fn end_of_life(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    pointer: LifePointer,
+    end: End,
+) -> Result<Option<LifeCursor>, StoreError> {
+    let sql = match end {
+        End::First => counting!("order by e.flight_hours, e.recorded_at, e.upload_id limit 1"),
+        End::Last => counting!("order by e.flight_hours desc, e.recorded_at desc, e.upload_id desc limit 1"),
+    };
+    let query = sqlx::query_as::<_, EstimateRow>(sql).bind_component(component);
+    let row = query.bind(pointer.overhaul_index).bind(pointer.generation).fetch_optional(connection).await?;
+    Ok(row.map(EstimateRow::estimate).transpose()?.as_ref().map(LifeCursor::from))
+}
+
+/// Whether any estimate counts in one generation of a life.
+pub(super) async fn has_counting_estimate(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    pointer: LifePointer,
+) -> Result<bool, StoreError> {
+    Ok(end_of_life(connection, component, pointer, End::First).await?.is_some())
 }
 
 /// The estimate of one upload in the generation that answers for its life. (SQLite follows the order

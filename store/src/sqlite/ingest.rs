@@ -5,7 +5,7 @@ use sqlx::SqliteConnection;
 
 use super::{
     Sqlite, installations, lives, queue,
-    row::{BindComponent, encode, hash},
+    row::{BindKey, encode, hash},
     uploads,
     writer::Write,
 };

@@ -7,16 +7,18 @@
 //! component, a component is at one place at most, and a late upload of an old unit does not
 //! re-install it. *Update rule:* a new observation inside a period of its own changes nothing. Any
 //! other splits the periods that it contradicts, opens one of its own up to the next
-//! contradiction, and swallows the one that it makes a continuation. *Requires:* the observation's
-//! upload is stored before.
+//! contradiction, and swallows the one that it makes a continuation. An observation taken back
+//! matters only if a period begins with it: the period then begins with its next observation, and
+//! those that it ended go on up to their next contradiction. *Requires:* the observation's upload is
+//! stored before, or marked as voided before.
 
 use domain::{Component, OperatorId, Position, TailNumber, Timestamp, Upload};
 use sqlx::SqliteConnection;
 
 use super::{
     Sqlite,
-    row::{BindComponent, ComponentColumns, parse},
-    uploads::{self, End},
+    row::{BindKey, ComponentColumns, parse},
+    uploads,
 };
 use crate::{Installation, StoreError};
 
@@ -24,16 +26,25 @@ const INSTALLATIONS: &str = "installations";
 
 impl Sqlite {
     pub(crate) async fn installations(&self, component: &Component) -> Result<Vec<Installation>, StoreError> {
-        let rows: Vec<PeriodRow> = sqlx::query_as(
-            "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
-             from installations where operator = $1 and part_number = $2 and serial_number = $3
-             order by from_at, from_upload",
-        )
-        .bind_component(component)
-        .fetch_all(&self.readers)
-        .await?;
-        rows.into_iter().map(|row| row.period().and_then(Period::installation)).collect()
+        let mut connection = self.readers.acquire().await?;
+        of_component(&mut connection, component).await
     }
+}
+
+/// Where a component was installed, in the order of time.
+pub(super) async fn of_component(
+    connection: &mut SqliteConnection,
+    component: &Component,
+) -> Result<Vec<Installation>, StoreError> {
+    let rows: Vec<PeriodRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
+         from installations where operator = $1 and part_number = $2 and serial_number = $3
+         order by from_at, from_upload",
+    )
+    .bind_component(component)
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(|row| row.period().and_then(Period::installation)).collect()
 }
 
 /// A moment of the order (recorded_at, upload_id).
@@ -167,6 +178,77 @@ async fn holding_component(connection: &mut SqliteConnection, seen: &Period) -> 
 
 /// Ends a period at a contradiction; it goes on with its component's next upload within it, if any.
 async fn split(connection: &mut SqliteConnection, period: &Period, at: &Moment) -> Result<(), StoreError> {
+    set_end(connection, period, Some(at)).await?;
+    go_on(connection, period, at).await
+}
+
+/// Lets a period go on with its component's next upload after a moment within it, if there is one.
+async fn go_on(connection: &mut SqliteConnection, period: &Period, after: &Moment) -> Result<(), StoreError> {
+    let to = period.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.upload_id.as_str()));
+    let after = (after.at, after.upload_id.as_str());
+    match uploads::next_seen(connection, &period.component, after, to).await? {
+        None => Ok(()),
+        Some((at, upload_id)) => insert(connection, &Period { from: Moment { at, upload_id }, ..period.clone() }).await,
+    }
+}
+
+/// Takes back where a voided upload saw its component.
+pub(super) async fn forget(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    upload: &Upload,
+) -> Result<(), StoreError> {
+    let moment = Moment { at: upload.recorded_at.micros(), upload_id: upload.upload_id.as_str().to_owned() };
+    let Some(begun) = take_begun_with(connection, component, &moment).await? else { return Ok(()) };
+    go_on(connection, &begun, &moment).await?;
+    for ended in ended_by(connection, &begun).await? {
+        let mut resumed = Period { from: moment.clone(), ..ended.clone() };
+        resumed.to = next_contradiction(connection, &resumed).await?;
+        swallow_continuation(connection, &resumed).await?;
+        set_end(connection, &ended, resumed.to.as_ref()).await?;
+    }
+    Ok(())
+}
+
+/// Removes the component's period that begins at a moment, if there is one.
+async fn take_begun_with(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    moment: &Moment,
+) -> Result<Option<Period>, StoreError> {
+    let row: Option<PeriodRow> = sqlx::query_as(
+        "delete from installations
+         where operator = $1 and part_number = $2 and serial_number = $3 and from_at = $4 and from_upload = $5
+         returning operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload",
+    )
+    .bind_component(component)
+    .bind(moment.at)
+    .bind(&moment.upload_id)
+    .fetch_optional(connection)
+    .await?;
+    row.map(PeriodRow::period).transpose()
+}
+
+/// The periods that ended where `begun` began: of its place, and of its component elsewhere.
+async fn ended_by(connection: &mut SqliteConnection, begun: &Period) -> Result<Vec<Period>, StoreError> {
+    let rows: Vec<PeriodRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
+         from installations
+         where operator = $1 and to_at = $6 and to_upload = $7
+           and ((part_number = $2 and serial_number = $3) or (tail = $4 and position = $5))",
+    )
+    .bind_component(&begun.component)
+    .bind(begun.tail.as_str())
+    .bind(begun.position.as_str())
+    .bind(begun.from.at)
+    .bind(&begun.from.upload_id)
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(PeriodRow::period).collect()
+}
+
+/// Sets where a period ends.
+async fn set_end(connection: &mut SqliteConnection, period: &Period, to: Option<&Moment>) -> Result<(), StoreError> {
     sqlx::query(
         "update installations set to_at = $6, to_upload = $7
          where operator = $1 and tail = $2 and position = $3 and from_at = $4 and from_upload = $5",
@@ -176,21 +258,11 @@ async fn split(connection: &mut SqliteConnection, period: &Period, at: &Moment) 
     .bind(period.position.as_str())
     .bind(period.from.at)
     .bind(&period.from.upload_id)
-    .bind(at.at)
-    .bind(&at.upload_id)
-    .execute(&mut *connection)
+    .bind(to.map(|to| to.at))
+    .bind(to.map(|to| to.upload_id.as_str()))
+    .execute(connection)
     .await?;
-    let to = period.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.upload_id.as_str()));
-    let after = (at.at, at.upload_id.as_str());
-    let next = uploads::at_end_of(&mut *connection, &period.component, after, to, End::First).await?;
-    match next {
-        None => Ok(()),
-        Some(upload) => {
-            let upload_id = upload.upload_id.as_str().to_owned();
-            let from = Moment { at: upload.recorded_at.micros(), upload_id };
-            insert(connection, &Period { from, ..period.clone() }).await
-        }
-    }
+    Ok(())
 }
 
 /// The first moment after `seen` begins at which another component begins a period at the place, or
@@ -259,9 +331,18 @@ async fn insert(connection: &mut SqliteConnection, period: &Period) -> Result<()
 
 /// A component that was installed on a tail, and the moments that bound the period.
 pub(super) struct TailPeriod {
+    pub(super) tail: TailNumber,
     pub(super) component: Component,
     pub(super) from_at: i64,
     pub(super) to: (i64, String),
+}
+
+impl TailPeriod {
+    fn of(row: PeriodRow) -> Result<Self, StoreError> {
+        let Period { component, tail, from, to, .. } = row.period()?;
+        let to = to.map_or((i64::MAX, String::new()), |to| (to.at, to.upload_id));
+        Ok(Self { tail, component, from_at: from.at, to })
+    }
 }
 
 /// Every period of a tail, at all positions.
@@ -278,10 +359,24 @@ pub(super) async fn periods_of_tail(
     .bind(tail.as_str())
     .fetch_all(connection)
     .await?;
-    let tail_period = |period: Period| TailPeriod {
-        component: period.component,
-        from_at: period.from.at,
-        to: period.to.map_or((i64::MAX, String::new()), |to| (to.at, to.upload_id)),
-    };
-    rows.into_iter().map(|row| Ok(tail_period(row.period()?))).collect()
+    rows.into_iter().map(TailPeriod::of).collect()
+}
+
+/// Every period of the tails behind `after` up to `last`, in alphabetical order.
+pub(super) async fn periods_of_tails(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    after: &str,
+    last: &str,
+) -> Result<Vec<TailPeriod>, StoreError> {
+    let rows: Vec<PeriodRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
+         from installations where operator = $1 and tail > $2 and tail <= $3",
+    )
+    .bind(operator.as_str())
+    .bind(after)
+    .bind(last)
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(TailPeriod::of).collect()
 }

@@ -3,7 +3,7 @@
 use domain::{Component, ContentHash, Life, Timestamp};
 use sqlx::SqliteConnection;
 
-use super::row::{BindComponent, count, hash};
+use super::row::{BindKey, count, hash};
 use crate::{Generation, StoreError};
 
 /// The first generation of a life.
@@ -92,4 +92,23 @@ pub(super) async fn generation(
     .await?;
     let hash = |bytes: &[u8]| -> Result<ContentHash, StoreError> { hash("generations", bytes) };
     Ok(Generation { number: count("generations", pointer.generation)?, model: hash(&model)?, prior: hash(&prior)? })
+}
+
+/// Names the prognosis that is served of a life by the fence of its lease; `None` serves none.
+pub(super) async fn serve_prognosis(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    pointer: LifePointer,
+    fence: Option<i64>,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "update lives set prognosis_fence = $5
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4",
+    )
+    .bind_component(component)
+    .bind(pointer.overhaul_index)
+    .bind(fence)
+    .execute(connection)
+    .await?;
+    Ok(())
 }

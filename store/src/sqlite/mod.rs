@@ -2,7 +2,10 @@
 //!
 //! Each module holds the SQL of one noun.
 
-mod coming;
+mod aside;
+mod components;
+mod correct;
+mod digest;
 mod history;
 mod ingest;
 mod installations;
@@ -12,10 +15,13 @@ mod open;
 mod queue;
 mod results;
 mod row;
+mod sensor_configurations;
 mod served;
 mod uploads;
 mod utilisation;
 mod writer;
+
+use std::{fs::File, sync::Mutex};
 
 use sqlx::SqlitePool;
 
@@ -27,4 +33,6 @@ pub(crate) struct Sqlite {
     readers: SqlitePool,
     writer: Writer,
     clock: Clock,
+    /// Of a file that is only read; otherwise the writer holds it.
+    lock: Mutex<Option<File>>,
 }

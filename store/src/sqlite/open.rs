@@ -4,7 +4,7 @@ use std::{
     fs::{File, OpenOptions, TryLockError},
     io::{self, Read, Write},
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{Arc, Mutex, PoisonError},
 };
 
 use sqlx::{
@@ -17,7 +17,7 @@ use super::{Sqlite, writer::Owned, writer::Writer};
 use crate::{Options, StoreError};
 
 /// The newest schema that this build knows.
-const SCHEMA: i64 = 1;
+const SCHEMA: i64 = 2;
 /// Marks a database as ours: "ACTU".
 const APPLICATION_ID: i64 = 0x4143_5455;
 const MAGIC: &[u8] = b"SQLite format 3\0";
@@ -38,7 +38,23 @@ impl Sqlite {
             .await?;
         let readers = readers(&path, options.read_connections).await?;
         let writer = Writer::start(Owned { connection, lock }, options.queue_capacity, options.clock.clone());
-        Ok(Self { readers, writer, clock: options.clock })
+        Ok(Self { readers, writer, clock: options.clock, lock: Mutex::new(None) })
+    }
+
+    pub(crate) async fn open_read_only(url: &str) -> Result<Self, StoreError> {
+        let path = path_of(url)?;
+        if !has_content(&path)? {
+            let error = io::Error::new(io::ErrorKind::NotFound, "there is no database");
+            return Err(io_error(&path)(error));
+        }
+        let lock = lock(&path)?;
+        let options = Options::default();
+        let readers = readers(&path, options.read_connections).await?;
+        let version = check_origin(&mut *readers.acquire().await?, &path).await?.unwrap_or(0);
+        if version < SCHEMA {
+            return Err(StoreError::OlderSchema { version, own: SCHEMA });
+        }
+        Ok(Self { readers, writer: Writer::none(), clock: options.clock, lock: Mutex::new(Some(lock)) })
     }
 
     pub(crate) async fn close(&self) {
@@ -51,11 +67,12 @@ impl Sqlite {
             }
             drop(lock);
         }
+        drop(self.lock.lock().unwrap_or_else(PoisonError::into_inner).take());
     }
 
     pub(crate) async fn ping(&self) -> Result<(), StoreError> {
         if self.writer.is_closed() {
-            return Err(StoreError::Closed);
+            return Err(self.writer.refusal());
         }
         sqlx::query("select version from schema_info").fetch_one(&self.readers).await?;
         Ok(())
@@ -118,10 +135,11 @@ async fn probe(path: &Path) -> Result<(), StoreError> {
     let mut connection = SqliteConnection::connect_with(&SqliteConnectOptions::new().filename(path)).await?;
     let checked = check_origin(&mut connection, path).await;
     connection.close().await?;
-    checked
+    checked.map(|_| ())
 }
 
-async fn check_origin(connection: &mut SqliteConnection, path: &Path) -> Result<(), StoreError> {
+/// The version of the schema, if there is one already.
+async fn check_origin(connection: &mut SqliteConnection, path: &Path) -> Result<Option<i64>, StoreError> {
     let application: i64 = sqlx::query_scalar("pragma application_id").fetch_one(&mut *connection).await?;
     if application != APPLICATION_ID {
         // A process killed while it created the file may leave one without its mark; then it holds
@@ -129,7 +147,7 @@ async fn check_origin(connection: &mut SqliteConnection, path: &Path) -> Result<
         let tables = "select count(*) from sqlite_master where tbl_name <> '_sqlx_migrations'";
         let tables: i64 = sqlx::query_scalar(tables).fetch_one(connection).await?;
         return match tables {
-            0 => Ok(()),
+            0 => Ok(None),
             _ => Err(StoreError::ForeignDatabase { path: path.to_owned() }),
         };
     }
@@ -138,7 +156,7 @@ async fn check_origin(connection: &mut SqliteConnection, path: &Path) -> Result<
     if min_binary > SCHEMA {
         return Err(StoreError::NewerSchema { version, min_binary, own: SCHEMA });
     }
-    Ok(())
+    Ok(Some(version))
 }
 
 fn writing(path: &Path) -> SqliteConnectOptions {

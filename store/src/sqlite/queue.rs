@@ -5,7 +5,8 @@
 //! the lease still holds; a component waits while input > processed, so that an input during
 //! processing is never lost. A lease adds 1 to `fence` and to `attempts`; a result sets `attempts`
 //! to 0. `not_before` is when a component began to wait, or when its back-off ends; the smallest
-//! goes first. *Requires:* results and their check of the fence in one transaction.
+//! goes first. What takes results back also ends the lease, so that nothing is written that rests on
+//! them. *Requires:* results and their check of the fence in one transaction.
 
 use std::time::Duration;
 
@@ -14,10 +15,10 @@ use sqlx::SqliteConnection;
 
 use super::{
     Sqlite,
-    row::{BindComponent, ComponentColumns, count},
+    row::{BindKey, ComponentColumns, count},
     writer::Write,
 };
-use crate::{Lease, StoreError};
+use crate::{Lease, StoreError, WorkFigures};
 
 const QUEUE: &str = "component_queue";
 /// Longest sleep before the queue is looked at again: the queue's clock need not run as this one.
@@ -48,6 +49,20 @@ impl Sqlite {
             };
             let _ = tokio::time::timeout(sleep, committed).await;
         }
+    }
+
+    pub(crate) async fn work_figures(&self) -> Result<WorkFigures, StoreError> {
+        let (pending, oldest, set_aside): (i64, Option<i64>, i64) = sqlx::query_as(
+            "select (select count(*) from inbox), (select min(since) from inbox),
+                    (select count(*) from uploads_set_aside)",
+        )
+        .fetch_one(&self.readers)
+        .await?;
+        Ok(WorkFigures {
+            pending: count("inbox", pending)?,
+            oldest_pending_since: oldest.map(Timestamp::from_micros),
+            set_aside: count("set_aside", set_aside)?,
+        })
     }
 
     /// When the next component can be leased, if any waits.
@@ -92,6 +107,25 @@ pub(super) async fn announce(
     .fetch_one(connection)
     .await?;
     Ok(revision.0)
+}
+
+/// Counts a change that makes worthless what a worker may have read of a component: its lease is
+/// revoked, which is no failed attempt.
+pub(super) async fn revise(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    now: Timestamp,
+) -> Result<(), StoreError> {
+    announce(connection, component, now).await?;
+    sqlx::query(
+        "update component_queue set lease_until = 0, attempts = attempts - 1
+         where operator = $1 and part_number = $2 and serial_number = $3 and lease_until > $4",
+    )
+    .bind_component(component)
+    .bind(now.micros())
+    .execute(connection)
+    .await?;
+    Ok(())
 }
 
 /// Ends a lease with a result, if it still holds.

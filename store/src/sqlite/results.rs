@@ -1,15 +1,15 @@
 //! What a worker reads for a lease and what it writes: one transaction, refused when fenced.
 
-use domain::{Component, SetAside, Timestamp, UploadId};
+use domain::{Component, SetAside, Timestamp};
 use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite,
+    Sqlite, aside,
     history::{self, BlockEnd, EstimateRange, StateRange},
     lives::{self, LifePointer},
     queue,
-    row::{BindComponent, corrupt, encode},
-    served, uploads,
+    row::{corrupt, encode},
+    sensor_configurations, served, uploads,
     writer::Write,
 };
 use crate::{Completion, Lease, LifeCursor, LifeInputs, LifeResults, StoreError};
@@ -19,14 +19,11 @@ impl Sqlite {
         let component = &lease.component;
         let mut transaction = self.readers.begin().await?;
         let pointer = pointer(&mut transaction, component).await?;
+        let waiting = uploads::waiting(&mut transaction, component).await?;
         Ok(LifeInputs {
             life: pointer.life(component)?,
             generation: lives::generation(&mut transaction, component, pointer).await?,
-            unestimated: uploads::waiting(&mut transaction, component)
-                .await?
-                .into_iter()
-                .map(|(upload, received_at)| crate::Unestimated { upload, received_at, sensor_configuration: None })
-                .collect(),
+            unestimated: sensor_configurations::in_force(&mut transaction, &component.operator, waiting).await?,
             estimates: history::estimates(&mut transaction, component, pointer, EstimateRange::ALL).await?,
             states: history::states(&mut transaction, component, pointer, StateRange::ALL).await?,
         })
@@ -47,6 +44,7 @@ struct Complete {
     lease: Lease,
     estimates: Vec<(LifeCursor, String)>,
     set_aside: Vec<SetAside>,
+    excluded: Vec<SetAside>,
     states_from: Option<i64>,
     states: Vec<(BlockEnd, String)>,
     prognosis: Option<String>,
@@ -55,7 +53,7 @@ struct Complete {
 
 impl Complete {
     fn new(lease: &Lease, results: LifeResults) -> Result<Self, StoreError> {
-        let LifeResults { estimates, set_aside, excluded: _, states_from, states, prognosis, now } = results;
+        let LifeResults { estimates, set_aside, excluded, states_from, states, prognosis, now } = results;
         let first = states.iter().map(|state| state.block).min();
         assert!(first.is_none_or(|first| states_from.is_some_and(|from| from <= first)), "states before states_from");
         let estimates = estimates.iter().map(|e| Ok((LifeCursor::from(e), encode("estimate", e)?)));
@@ -67,6 +65,7 @@ impl Complete {
             lease: lease.clone(),
             estimates: estimates.collect::<Result<_, StoreError>>()?,
             set_aside,
+            excluded,
             states_from: states_from.map(u64::cast_signed),
             states: states.collect::<Result<_, StoreError>>()?,
             prognosis: prognosis.map(|prognosis| encode("prognosis", &prognosis)).transpose()?,
@@ -86,45 +85,35 @@ impl Write for Complete {
         let pointer = pointer(connection, component).await?;
         for (at, body) in &self.estimates {
             history::insert_estimate(connection, component, pointer, at, body).await?;
-            uploads::processed(connection, component, &at.upload_id).await?;
+            let key = uploads::known_key(connection, component, &at.upload_id).await?;
+            uploads::leave_inbox(connection, &key).await?;
         }
         for one in &self.set_aside {
-            self.set_aside(connection, &one.upload_id, &one.detail).await?;
+            aside::set_aside(connection, component, one, self.now).await?;
         }
+        aside::exclude(connection, component, pointer, &self.excluded).await?;
         if let Some(from) = self.states_from {
             history::delete_states(connection, component, pointer, from).await?;
         }
         for (at, body) in &self.states {
             history::insert_state(connection, component, pointer, *at, body).await?;
         }
-        if let Some(body) = &self.prognosis {
-            served::issue(connection, &self.lease, pointer, self.now, body).await?;
-        }
+        self.serve(connection, pointer).await?;
         Ok(Completion::Done)
     }
 }
 
 impl Complete {
-    async fn set_aside(
-        &self,
-        connection: &mut SqliteConnection,
-        id: &UploadId,
-        reason: &str,
-    ) -> Result<(), StoreError> {
-        let recorded_at = uploads::processed(connection, &self.lease.component, id).await?;
-        sqlx::query(
-            "insert into set_aside
-             (operator, part_number, serial_number, recorded_at, upload_id, reason, set_aside_at)
-             values ($1, $2, $3, $4, $5, $6, $7)
-             on conflict (operator, part_number, serial_number, recorded_at, upload_id) do nothing",
-        )
-        .bind_component(&self.lease.component)
-        .bind(recorded_at)
-        .bind(id.as_str())
-        .bind(reason)
-        .bind(self.now.micros())
-        .execute(connection)
-        .await?;
-        Ok(())
+    /// Serves the new prognosis; without one the previous stays, as long as any estimate counts.
+    async fn serve(&self, connection: &mut SqliteConnection, pointer: LifePointer) -> Result<(), StoreError> {
+        let component = &self.lease.component;
+        if let Some(body) = &self.prognosis {
+            served::issue(connection, &self.lease, pointer, self.now, body).await?;
+            lives::serve_prognosis(connection, component, pointer, Some(self.lease.fence)).await
+        } else if history::has_counting_estimate(connection, component, pointer).await? {
+            Ok(())
+        } else {
+            lives::serve_prognosis(connection, component, pointer, None).await
+        }
     }
 }

@@ -6,7 +6,7 @@
 
 use std::{fmt::Display, str::FromStr};
 
-use domain::{Component, ContentHash, OperatorId};
+use domain::{Component, ContentHash, OperatorId, Upload, UploadId};
 use serde::{Serialize, de::DeserializeOwned};
 use sqlx::{Sqlite, query::Query, query::QueryAs, sqlite::SqliteArguments};
 
@@ -93,23 +93,47 @@ impl ComponentColumns {
     }
 }
 
-/// Binds the three columns of a component's key, in the order of the key.
-pub(super) trait BindComponent<'q> {
-    fn bind_component(self, component: &'q Component) -> Self;
+/// The key of an upload, as the columns of every table that is about one.
+#[derive(Debug, Clone)]
+pub(super) struct UploadKey {
+    pub(super) component: Component,
+    pub(super) recorded_at: i64,
+    pub(super) upload_id: UploadId,
 }
 
-impl<'q> BindComponent<'q> for Query<'q, Sqlite, SqliteArguments> {
+impl UploadKey {
+    pub(super) fn of(component: &Component, upload: &Upload) -> Self {
+        let (recorded_at, upload_id) = (upload.recorded_at.micros(), upload.upload_id.clone());
+        Self { component: component.clone(), recorded_at, upload_id }
+    }
+}
+
+/// Binds the columns of a key, in the order of the key.
+pub(super) trait BindKey<'q> {
+    fn bind_component(self, component: &'q Component) -> Self;
+    fn bind_upload(self, key: &'q UploadKey) -> Self;
+}
+
+impl<'q> BindKey<'q> for Query<'q, Sqlite, SqliteArguments> {
     fn bind_component(self, component: &'q Component) -> Self {
         self.bind(component.operator.as_str())
             .bind(component.part_number.as_str())
             .bind(component.serial_number.as_str())
     }
+
+    fn bind_upload(self, key: &'q UploadKey) -> Self {
+        self.bind_component(&key.component).bind(key.recorded_at).bind(key.upload_id.as_str())
+    }
 }
 
-impl<'q, O> BindComponent<'q> for QueryAs<'q, Sqlite, O, SqliteArguments> {
+impl<'q, O> BindKey<'q> for QueryAs<'q, Sqlite, O, SqliteArguments> {
     fn bind_component(self, component: &'q Component) -> Self {
         self.bind(component.operator.as_str())
             .bind(component.part_number.as_str())
             .bind(component.serial_number.as_str())
+    }
+
+    fn bind_upload(self, key: &'q UploadKey) -> Self {
+        self.bind_component(&key.component).bind(key.recorded_at).bind(key.upload_id.as_str())
     }
 }

@@ -6,13 +6,39 @@ use sqlx::SqliteConnection;
 use super::{
     Sqlite,
     lives::LifePointer,
-    row::{BindComponent, ComponentColumns, checksum, count, decode, parse},
+    row::{BindKey, ComponentColumns, checksum, count, decode, parse},
     utilisation,
 };
-use crate::{Installed, Lease, StoreError};
+use crate::{Installed, InstalledTail, Lease, StoreError};
 
 const INSTALLATIONS: &str = "installations";
 const PROGNOSES: &str = "prognoses";
+
+/// What is installed now at the places for which a condition holds, by tail and position.
+macro_rules! installed {
+    ($condition:literal) => {
+        concat!(
+            "select i.operator, i.part_number, i.serial_number, i.tail, i.position, i.from_at, l.overhaul_index,
+                    l.generation,
+                    (select count(*) from inbox w
+                     where w.operator = i.operator and w.part_number = i.part_number
+                       and w.serial_number = i.serial_number) as pending,
+                    p.fence, p.issued_at, p.body, p.checksum
+             from installations i
+             join lives l on l.operator = i.operator and l.part_number = i.part_number
+                  and l.serial_number = i.serial_number
+                  and l.overhaul_index = (select max(n.overhaul_index) from lives n
+                                          where n.operator = i.operator and n.part_number = i.part_number
+                                            and n.serial_number = i.serial_number)
+             left join prognoses p on p.operator = l.operator and p.part_number = l.part_number
+                  and p.serial_number = l.serial_number and p.overhaul_index = l.overhaul_index
+                  and p.generation = l.generation and p.fence = l.prognosis_fence
+             where i.operator = $1 and i.to_at is null and ",
+            $condition,
+            " order by i.tail, i.position"
+        )
+    };
+}
 
 impl Sqlite {
     pub(crate) async fn tails(
@@ -21,10 +47,8 @@ impl Sqlite {
         after: Option<&TailNumber>,
         limit: u32,
     ) -> Result<Vec<TailNumber>, StoreError> {
-        let sql = "select tail from tails where operator = $1 and tail > $2 order by tail limit $3";
-        let query = sqlx::query_scalar(sql).bind(operator.as_str()).bind(after.map_or("", TailNumber::as_str));
-        let tails: Vec<String> = query.bind(i64::from(limit)).fetch_all(&self.readers).await?;
-        tails.iter().map(|tail| parse("tails", tail)).collect()
+        let mut connection = self.readers.acquire().await?;
+        tails(&mut connection, operator, after.map_or("", TailNumber::as_str), limit).await
     }
 
     pub(crate) async fn installed(
@@ -44,6 +68,37 @@ impl Sqlite {
         Ok(self.installed_where(operator, tail, Some(position)).await?.pop())
     }
 
+    pub(crate) async fn installed_fleet(
+        &self,
+        operator: &OperatorId,
+        after: Option<&TailNumber>,
+        limit: u32,
+    ) -> Result<Vec<InstalledTail>, StoreError> {
+        let mut transaction = self.readers.begin().await?;
+        let after = after.map_or("", TailNumber::as_str);
+        let mut fleet = tails(&mut transaction, operator, after, limit)
+            .await?
+            .into_iter()
+            .map(|tail| InstalledTail { tail, installed: Vec::new() })
+            .collect::<Vec<_>>();
+        let Some(last) = fleet.last() else { return Ok(fleet) };
+        let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.tail > $2 and i.tail <= $3"))
+            .bind(operator.as_str())
+            .bind(after)
+            .bind(last.tail.as_str())
+            .fetch_all(&mut *transaction)
+            .await?;
+        let mut utilisation = utilisation::of_tails(&mut transaction, operator, after, last.tail.as_str()).await?;
+        let mut rows = rows.into_iter().peekable();
+        for tail in &mut fleet {
+            let fh_per_day = utilisation.remove(&tail.tail);
+            while let Some(row) = rows.next_if(|row| row.tail == tail.tail.as_str()) {
+                tail.installed.push(row.installed(fh_per_day)?);
+            }
+        }
+        Ok(fleet)
+    }
+
     async fn installed_where(
         &self,
         operator: &OperatorId,
@@ -51,7 +106,7 @@ impl Sqlite {
         position: Option<&Position>,
     ) -> Result<Vec<Installed>, StoreError> {
         let mut transaction = self.readers.begin().await?;
-        let rows: Vec<InstalledRow> = sqlx::query_as(INSTALLED)
+        let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.tail = $2 and ($3 is null or i.position = $3)"))
             .bind(operator.as_str())
             .bind(tail.as_str())
             .bind(position.map(Position::as_str))
@@ -61,36 +116,27 @@ impl Sqlite {
             return Ok(Vec::new());
         }
         let utilisation = utilisation::fh_per_day(&mut transaction, operator, tail).await?;
-        rows.into_iter().map(|row| row.installed(tail, utilisation)).collect()
+        rows.into_iter().map(|row| row.installed(utilisation)).collect()
     }
 }
 
-const INSTALLED: &str = "
-    select i.operator, i.part_number, i.serial_number, i.position, i.from_at, l.overhaul_index, l.generation,
-           (select count(*) from inbox w
-            where w.operator = i.operator and w.part_number = i.part_number
-              and w.serial_number = i.serial_number) as pending,
-           p.fence, p.issued_at, p.body, p.checksum
-    from installations i
-    join lives l on l.operator = i.operator and l.part_number = i.part_number
-         and l.serial_number = i.serial_number
-         and l.overhaul_index = (select max(n.overhaul_index) from lives n
-                                 where n.operator = i.operator and n.part_number = i.part_number
-                                   and n.serial_number = i.serial_number)
-    left join prognoses p on p.operator = l.operator and p.part_number = l.part_number
-         and p.serial_number = l.serial_number and p.overhaul_index = l.overhaul_index
-         and p.generation = l.generation
-         and p.fence = (select max(n.fence) from prognoses n
-                        where n.operator = l.operator and n.part_number = l.part_number
-                          and n.serial_number = l.serial_number and n.overhaul_index = l.overhaul_index
-                          and n.generation = l.generation)
-    where i.operator = $1 and i.tail = $2 and i.to_at is null and ($3 is null or i.position = $3)
-    order by i.position";
+async fn tails(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    after: &str,
+    limit: u32,
+) -> Result<Vec<TailNumber>, StoreError> {
+    let sql = "select tail from tails where operator = $1 and tail > $2 order by tail limit $3";
+    let query = sqlx::query_scalar(sql).bind(operator.as_str()).bind(after).bind(limit);
+    let tails: Vec<String> = query.fetch_all(connection).await?;
+    tails.iter().map(|tail| parse("tails", tail)).collect()
+}
 
 #[derive(sqlx::FromRow)]
 struct InstalledRow {
     #[sqlx(flatten)]
     key: ComponentColumns,
+    tail: String,
     position: String,
     from_at: i64,
     overhaul_index: i64,
@@ -103,10 +149,10 @@ struct InstalledRow {
 }
 
 impl InstalledRow {
-    fn installed(self, tail: &TailNumber, utilisation: Option<f64>) -> Result<Installed, StoreError> {
+    fn installed(self, utilisation: Option<f64>) -> Result<Installed, StoreError> {
         let component = self.key.component(INSTALLATIONS)?;
         Ok(Installed {
-            tail: tail.clone(),
+            tail: parse(INSTALLATIONS, &self.tail)?,
             position: parse(INSTALLATIONS, &self.position)?,
             overhaul_index: count("lives", self.overhaul_index)?,
             since: Timestamp::from_micros(self.from_at),

@@ -4,10 +4,11 @@ use domain::{Component, OperatorId, Timestamp, Upload, UploadId};
 use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite, history,
-    row::{BindComponent, ComponentColumns, checksum, corrupt, decode, parse},
+    Sqlite, aside,
+    history::{self, End},
+    row::{BindKey, ComponentColumns, UploadKey, checksum, corrupt, decode, parse},
 };
-use crate::{StoreError, UploadRecord, UploadState};
+use crate::{StoreError, UploadRecord, UploadState, UploadStateKind};
 
 const UPLOADS: &str = "uploads";
 
@@ -21,16 +22,93 @@ impl Sqlite {
         let Some((upload, received_at)) = find(&mut transaction, operator, id).await? else {
             return Ok(None);
         };
-        let component = upload.component(operator);
-        let estimate = history::estimate_of(&mut transaction, &component, &upload).await?;
-        let state = state_of(&mut transaction, &component, &upload).await?;
-        Ok(Some(UploadRecord { upload, received_at, state, estimate }))
+        record(&mut transaction, operator, upload, received_at).await.map(Some)
+    }
+
+    pub(crate) async fn uploads(
+        &self,
+        operator: &OperatorId,
+        state: UploadStateKind,
+        after: Option<&UploadId>,
+        limit: u32,
+    ) -> Result<Vec<UploadRecord>, StoreError> {
+        let mut transaction = self.readers.begin().await?;
+        let after = match after {
+            None => None,
+            Some(id) => match key(&mut transaction, operator, id).await? {
+                None => return Ok(Vec::new()),
+                found => found,
+            },
+        };
+        let mut records = Vec::new();
+        for (upload, received_at) in listed(&mut transaction, operator, state, after, limit).await? {
+            records.push(record(&mut transaction, operator, upload, received_at).await?);
+        }
+        Ok(records)
     }
 
     pub(crate) async fn pending(&self) -> Result<u64, StoreError> {
         let waiting: i64 = sqlx::query_scalar("select count(*) from inbox").fetch_one(&self.readers).await?;
         Ok(waiting.unsigned_abs())
     }
+}
+
+/// What became of an upload.
+async fn record(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    upload: Upload,
+    received_at: Timestamp,
+) -> Result<UploadRecord, StoreError> {
+    let component = upload.component(operator);
+    let estimate = history::estimate_of(connection, &component, &upload).await?;
+    let state = state_of(connection, &UploadKey::of(&component, &upload)).await?;
+    Ok(UploadRecord { upload, received_at, state, estimate })
+}
+
+/// Uploads whose keys a table or view holds, in the order of their keys. (SQLite follows the order of
+/// a cross join.)
+macro_rules! listed {
+    ($keys:literal) => {
+        concat!(
+            "select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, u.received_at, u.body,
+                    u.checksum
+             from ",
+            $keys,
+            " k cross join uploads u
+             where k.operator = $1
+               and (k.part_number, k.serial_number, k.recorded_at, k.upload_id) > ($2, $3, $4, $5)
+               and u.operator = k.operator and u.part_number = k.part_number and u.serial_number = k.serial_number
+               and u.recorded_at = k.recorded_at and u.upload_id = k.upload_id
+             order by k.part_number, k.serial_number, k.recorded_at, k.upload_id limit $6"
+        )
+    };
+}
+
+async fn listed(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    state: UploadStateKind,
+    after: Option<UploadKey>,
+    limit: u32,
+) -> Result<Vec<(Upload, Timestamp)>, StoreError> {
+    let sql = match state {
+        UploadStateKind::Pending => listed!("inbox"),
+        UploadStateKind::Processed => listed!("uploads_processed"),
+        UploadStateKind::SetAside => listed!("uploads_set_aside"),
+        UploadStateKind::Voided => listed!("voided"),
+    };
+    let query = sqlx::query_as::<_, UploadRow>(sql).bind(operator.as_str());
+    let query = match &after {
+        None => query.bind("").bind("").bind(i64::MIN).bind(""),
+        Some(UploadKey { component, recorded_at, upload_id }) => query
+            .bind(component.part_number.as_str())
+            .bind(component.serial_number.as_str())
+            .bind(recorded_at)
+            .bind(upload_id.as_str()),
+    };
+    let rows = query.bind(limit).fetch_all(connection).await?;
+    rows.into_iter().map(UploadRow::upload).collect()
 }
 
 #[derive(sqlx::FromRow)]
@@ -87,11 +165,13 @@ pub(super) async fn insert(
     .execute(&mut *connection)
     .await?;
     sqlx::query(
-        "insert into inbox (operator, part_number, serial_number, recorded_at, upload_id) values ($1, $2, $3, $4, $5)",
+        "insert into inbox (operator, part_number, serial_number, recorded_at, upload_id, since)
+         values ($1, $2, $3, $4, $5, $6)",
     )
     .bind_component(component)
     .bind(upload.recorded_at.micros())
     .bind(upload.upload_id.as_str())
+    .bind(received_at.micros())
     .execute(connection)
     .await?;
     Ok(())
@@ -143,15 +223,54 @@ pub(super) async fn waiting(
     Ok(uploads)
 }
 
-/// Which end of a period to look at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum End {
-    First,
-    Last,
+/// The first moment of the order (recorded_at, upload_id), strictly between two others, at which an
+/// upload that is not voided saw a component.
+pub(super) async fn next_seen(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    after: (i64, &str),
+    before: (i64, &str),
+) -> Result<Option<(i64, String)>, StoreError> {
+    let moment = sqlx::query_as(
+        "select u.recorded_at, u.upload_id from uploads u
+         where u.operator = $1 and u.part_number = $2 and u.serial_number = $3
+           and (u.recorded_at, u.upload_id) > ($4, $5) and (u.recorded_at, u.upload_id) < ($6, $7)
+           and not exists (
+             select 1 from voided v
+             where v.operator = u.operator and v.part_number = u.part_number and v.serial_number = u.serial_number
+               and v.recorded_at = u.recorded_at and v.upload_id = u.upload_id)
+         order by u.recorded_at, u.upload_id limit 1",
+    )
+    .bind_component(component);
+    Ok(moment.bind(after.0).bind(after.1).bind(before.0).bind(before.1).fetch_optional(connection).await?)
 }
 
-/// The first or last upload of a component strictly between two moments of the order
+/// Uploads that are neither voided nor set aside, strictly between two moments of the order
 /// (recorded_at, upload_id).
+macro_rules! credible {
+    ($order:literal) => {
+        concat!(
+            "select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, u.received_at, u.body,
+                    u.checksum
+             from uploads u
+             where u.operator = $1 and u.part_number = $2 and u.serial_number = $3
+               and (u.recorded_at, u.upload_id) > ($4, $5) and (u.recorded_at, u.upload_id) < ($6, $7)
+               and not exists (
+                 select 1 from voided v
+                 where v.operator = u.operator and v.part_number = u.part_number
+                   and v.serial_number = u.serial_number and v.recorded_at = u.recorded_at
+                   and v.upload_id = u.upload_id)
+               and not exists (
+                 select 1 from uploads_set_aside a
+                 where a.operator = u.operator and a.part_number = u.part_number
+                   and a.serial_number = u.serial_number and a.recorded_at = u.recorded_at
+                   and a.upload_id = u.upload_id) ",
+            $order
+        )
+    };
+}
+
+/// The first or last upload of a component between two moments whose hours can be relied on.
 pub(super) async fn at_end_of(
     connection: &mut SqliteConnection,
     component: &Component,
@@ -160,72 +279,96 @@ pub(super) async fn at_end_of(
     end: End,
 ) -> Result<Option<Upload>, StoreError> {
     let sql = match end {
-        End::First => {
-            "select operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum
-             from uploads
-             where operator = $1 and part_number = $2 and serial_number = $3
-               and (recorded_at, upload_id) > ($4, $5) and (recorded_at, upload_id) < ($6, $7)
-             order by recorded_at, upload_id limit 1"
-        }
-        End::Last => {
-            "select operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum
-             from uploads
-             where operator = $1 and part_number = $2 and serial_number = $3
-               and (recorded_at, upload_id) > ($4, $5) and (recorded_at, upload_id) < ($6, $7)
-             order by recorded_at desc, upload_id desc limit 1"
-        }
+        End::First => credible!("order by u.recorded_at, u.upload_id limit 1"),
+        End::Last => credible!("order by u.recorded_at desc, u.upload_id desc limit 1"),
     };
     let query = sqlx::query_as::<_, UploadRow>(sql).bind_component(component);
     let row = query.bind(after.0).bind(after.1).bind(before.0).bind(before.1).fetch_optional(connection).await?;
     Ok(row.map(UploadRow::upload).transpose()?.map(|(upload, _)| upload))
 }
 
-/// Where an upload stands: it waits, was set aside, or has been processed.
-async fn state_of(
-    connection: &mut SqliteConnection,
-    component: &Component,
-    upload: &Upload,
-) -> Result<UploadState, StoreError> {
-    let (waits, reason): (bool, Option<String>) = sqlx::query_as(
+/// Where an upload stands: it was voided, waits, was set aside, or has been processed.
+pub(super) async fn state_of(connection: &mut SqliteConnection, key: &UploadKey) -> Result<UploadState, StoreError> {
+    let (voided_at, waits): (Option<i64>, bool) = sqlx::query_as(
         "select
+           (select voided_at from voided where operator = $1 and part_number = $2 and serial_number = $3
+            and recorded_at = $4 and upload_id = $5),
            exists (select 1 from inbox where operator = $1 and part_number = $2 and serial_number = $3
-                   and recorded_at = $4 and upload_id = $5),
-           (select reason from set_aside where operator = $1 and part_number = $2 and serial_number = $3
-            and recorded_at = $4 and upload_id = $5)",
+                   and recorded_at = $4 and upload_id = $5)",
     )
-    .bind_component(component)
-    .bind(upload.recorded_at.micros())
-    .bind(upload.upload_id.as_str())
-    .fetch_one(connection)
+    .bind_upload(key)
+    .fetch_one(&mut *connection)
     .await?;
-    Ok(match reason {
-        Some(detail) => UploadState::SetAside { reason: domain::SetAsideReason::NotEstimable, detail },
-        None if waits => UploadState::Pending,
+    if let Some(at) = voided_at {
+        return Ok(UploadState::Voided { at: Timestamp::from_micros(at) });
+    }
+    if waits {
+        return Ok(UploadState::Pending);
+    }
+    Ok(match aside::reason(connection, key).await? {
+        Some((reason, detail)) => UploadState::SetAside { reason, detail },
         None => UploadState::Processed,
     })
 }
 
-/// Takes an upload out of the inbox, by its component and name.
-pub(super) async fn processed(
+/// The key of the upload of this name.
+async fn key(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    id: &UploadId,
+) -> Result<Option<UploadKey>, StoreError> {
+    let row: Option<KeyRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, recorded_at from upload_keys
+         where operator = $1 and upload_id = $2",
+    )
+    .bind(operator.as_str())
+    .bind(id.as_str())
+    .fetch_optional(connection)
+    .await?;
+    row.map(|row| {
+        let component = row.key.component("upload_keys")?;
+        Ok(UploadKey { component, recorded_at: row.recorded_at, upload_id: id.clone() })
+    })
+    .transpose()
+}
+
+#[derive(sqlx::FromRow)]
+struct KeyRow {
+    #[sqlx(flatten)]
+    key: ComponentColumns,
+    recorded_at: i64,
+}
+
+/// The key of an upload that a worker was given.
+pub(super) async fn known_key(
     connection: &mut SqliteConnection,
     component: &Component,
     id: &UploadId,
-) -> Result<i64, StoreError> {
-    let recorded_at: Option<i64> =
-        sqlx::query_scalar("select recorded_at from upload_keys where operator = $1 and upload_id = $2")
-            .bind(component.operator.as_str())
-            .bind(id.as_str())
-            .fetch_optional(&mut *connection)
-            .await?;
-    let recorded_at = recorded_at.ok_or_else(|| corrupt(&("upload_keys", component, id), "it is missing"))?;
+) -> Result<UploadKey, StoreError> {
+    let found = key(connection, &component.operator, id).await?;
+    let found = found.filter(|key| key.component == *component);
+    found.ok_or_else(|| corrupt(&("upload_keys", component, id), "it is missing"))
+}
+
+/// Takes an upload out of the inbox.
+pub(super) async fn leave_inbox(connection: &mut SqliteConnection, key: &UploadKey) -> Result<(), StoreError> {
     sqlx::query(
         "delete from inbox where operator = $1 and part_number = $2 and serial_number = $3
          and recorded_at = $4 and upload_id = $5",
     )
-    .bind_component(component)
-    .bind(recorded_at)
-    .bind(id.as_str())
+    .bind_upload(key)
     .execute(connection)
     .await?;
-    Ok(recorded_at)
+    Ok(())
+}
+
+/// Whether any upload of a component waits.
+pub(super) async fn has_waiting(connection: &mut SqliteConnection, component: &Component) -> Result<bool, StoreError> {
+    let (waits,): (bool,) = sqlx::query_as(
+        "select exists (select 1 from inbox where operator = $1 and part_number = $2 and serial_number = $3)",
+    )
+    .bind_component(component)
+    .fetch_one(connection)
+    .await?;
+    Ok(waits)
 }

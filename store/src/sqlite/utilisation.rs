@@ -4,12 +4,15 @@
 //! divided by the days between its first and last upload, pooled over the tail. A swap of units
 //! therefore does not look like flying.
 
+use std::collections::BTreeMap;
+
 use domain::{OperatorId, TailNumber, Timestamp, time::DAY_US};
 use sqlx::SqliteConnection;
 
 use super::{
+    history::End,
     installations::{self, TailPeriod},
-    uploads::{self, End},
+    uploads,
 };
 use crate::StoreError;
 
@@ -25,8 +28,32 @@ pub(super) async fn fh_per_day(
     operator: &OperatorId,
     tail: &TailNumber,
 ) -> Result<Option<f64>, StoreError> {
+    let periods = installations::periods_of_tail(connection, operator, tail).await?;
+    over(connection, periods).await
+}
+
+/// The same for every tail of an operator behind `after` up to `last`, in alphabetical order.
+pub(super) async fn of_tails(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    after: &str,
+    last: &str,
+) -> Result<BTreeMap<TailNumber, f64>, StoreError> {
+    let mut by_tail: BTreeMap<TailNumber, Vec<TailPeriod>> = BTreeMap::new();
+    for period in installations::periods_of_tails(connection, operator, after, last).await? {
+        by_tail.entry(period.tail.clone()).or_default().push(period);
+    }
+    let mut known = BTreeMap::new();
+    for (tail, periods) in by_tail {
+        known.extend(over(connection, periods).await?.map(|fh_per_day| (tail, fh_per_day)));
+    }
+    Ok(known)
+}
+
+/// Flight hours per day of the tail whose periods these are.
+async fn over(connection: &mut SqliteConnection, periods: Vec<TailPeriod>) -> Result<Option<f64>, StoreError> {
     let mut ends = Vec::new();
-    for period in installations::periods_of_tail(connection, operator, tail).await? {
+    for period in periods {
         if let Some(last) = at_end(connection, &period, period.from_at, End::Last).await? {
             ends.push((period, last));
         }

@@ -4,12 +4,16 @@
 //! disk. Uploads go first; results, leases and models ride along, a bounded number per
 //! transaction. When a transaction fails it is retried in halves, until only what is itself at
 //! fault fails. Callers are answered after the commit, never before.
+//!
+//! Metrics: `commit_seconds` and `commit_writes` of each transaction, `commits_halved_total`,
+//! `commit_failures_total`, and `upload_queue_waiting`, the uploads that a full transaction left waiting.
 
 use std::{
     fs::File,
     future::Future,
     pin::Pin,
     sync::{Arc, Mutex, PoisonError},
+    time::Instant,
 };
 
 use domain::Timestamp;
@@ -45,6 +49,8 @@ pub(super) struct Writer {
     results: mpsc::Sender<Box<dyn Job>>,
     committed: Arc<Notify>,
     task: Mutex<Option<Running>>,
+    /// What a write is answered when nothing is written any longer.
+    refusal: StoreError,
 }
 
 /// The task; it stops when `stop` is sent or dropped.
@@ -76,7 +82,13 @@ impl Writer {
             stopped: false,
         };
         let running = Running { stop, task: tokio::spawn(task.run()) };
-        Self { uploads, results, committed, task: Mutex::new(Some(running)) }
+        Self { uploads, results, committed, task: Mutex::new(Some(running)), refusal: StoreError::Closed }
+    }
+
+    /// The writer of a file that is only read: it refuses every write.
+    pub(super) fn none() -> Self {
+        let ((uploads, _), (results, _)) = (mpsc::channel(1), mpsc::channel(1));
+        Self { uploads, results, committed: Arc::default(), task: Mutex::new(None), refusal: StoreError::ReadOnly }
     }
 
     /// Queues an upload, or refuses it when too many wait.
@@ -84,7 +96,7 @@ impl Writer {
         let (job, answer) = waiting(write);
         self.uploads.try_send(job).map_err(|error| match error {
             mpsc::error::TrySendError::Full(_) => StoreError::Overloaded { capacity: self.uploads.max_capacity() },
-            mpsc::error::TrySendError::Closed(_) => StoreError::Closed,
+            mpsc::error::TrySendError::Closed(_) => self.refusal(),
         })?;
         answer.await.unwrap_or(Err(StoreError::Closed))
     }
@@ -92,7 +104,7 @@ impl Writer {
     /// Queues any other write; its callers wait for room.
     pub(super) async fn write<W: Write>(&self, write: W) -> Result<W::Output, StoreError> {
         let (job, answer) = waiting(write);
-        self.results.send(job).await.map_err(|_| StoreError::Closed)?;
+        self.results.send(job).await.map_err(|_| self.refusal())?;
         answer.await.unwrap_or(Err(StoreError::Closed))
     }
 
@@ -103,6 +115,11 @@ impl Writer {
 
     pub(super) fn is_closed(&self) -> bool {
         self.uploads.is_closed()
+    }
+
+    /// Why nothing is written once it is closed.
+    pub(super) fn refusal(&self) -> StoreError {
+        self.refusal.clone()
     }
 
     /// Refuses further writes, writes what waits, and gives the connection back; `None` when it
@@ -152,6 +169,7 @@ impl Task {
         let mut batch = vec![first];
         batch.extend(std::iter::from_fn(|| self.uploads.try_recv().ok()).take(UPLOADS_PER_COMMIT - 1));
         batch.extend(std::iter::from_fn(|| self.results.try_recv().ok()).take(RESULTS_PER_COMMIT));
+        metrics::gauge!("upload_queue_waiting").set(self.uploads.len() as f64);
         Some(batch)
     }
 
@@ -162,22 +180,29 @@ impl Task {
             match self.commit(&mut batch).await {
                 Ok(()) => batch.into_iter().for_each(|job| job.answer(Ok(()))),
                 Err(error) if batch.len() > 1 && !concerns_all(&error) => {
+                    metrics::counter!("commits_halved_total").increment(1);
                     tracing::warn!(writes = batch.len(), %error, "a transaction failed; retrying it in halves");
                     let second = batch.split_off(batch.len() / 2);
                     batches.extend([second, batch]);
                 }
-                Err(error) => batch.into_iter().for_each(|job| job.answer(Err(error.clone()))),
+                Err(error) => {
+                    metrics::counter!("commit_failures_total").increment(1);
+                    batch.into_iter().for_each(|job| job.answer(Err(error.clone())));
+                }
             }
         }
     }
 
     async fn commit(&mut self, batch: &mut [Box<dyn Job>]) -> Result<(), StoreError> {
-        let now = self.clock.now();
+        let (now, begun) = (self.clock.now(), Instant::now());
         let mut transaction = self.owned.connection.begin_with("begin immediate").await?;
-        for job in batch {
+        for job in batch.iter_mut() {
             job.apply(&mut transaction, now).await?;
         }
-        Ok(transaction.commit().await?)
+        transaction.commit().await?;
+        metrics::histogram!("commit_seconds").record(begun.elapsed());
+        metrics::histogram!("commit_writes").record(batch.len() as f64);
+        Ok(())
     }
 }
 

@@ -1,8 +1,8 @@
-use domain::{OperatorId, Upload};
+use domain::{OperatorId, SetAsideReason, Upload};
 use store::{Options, Receipt, StoreError, UploadState};
 use tokio::task::JoinSet;
 
-use crate::fixture::{Database, bundle, day, drain, estimate, lease, operator, results, upload};
+use crate::fixture::{Database, bundle, day, drain, estimate, lease, operator, results, set_aside, upload};
 
 #[tokio::test]
 async fn a_name_is_taken_for_ever_and_its_content_decides() {
@@ -61,10 +61,13 @@ async fn an_upload_that_is_set_aside_says_why_and_waits_no_longer() {
     let lease = lease(&store).await;
     let mut results = results(&store.life_inputs(&lease).await.unwrap());
     results.estimates.clear();
-    results.set_aside.push(("u1".parse().unwrap(), "not finite".to_owned()));
+    results.set_aside.push(set_aside("u1", SetAsideReason::NotFinite));
     store.complete(&lease, results).await.unwrap();
     let record = store.upload(&operator(), &"u1".parse().unwrap()).await.unwrap().unwrap();
-    assert_eq!(record.state, UploadState::SetAside { reason: "not finite".to_owned() });
+    assert_eq!(
+        record.state,
+        UploadState::SetAside { reason: SetAsideReason::NotFinite, detail: "u1 as the test wants it".to_owned() }
+    );
     assert_eq!(record.estimate, None);
     assert_eq!(store.pending().await.unwrap(), 0);
 }

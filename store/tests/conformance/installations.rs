@@ -120,9 +120,9 @@ async fn utilisation_is_hours_per_day_of_the_last_ninety_days() {
 }
 
 /// Unit, tail, position and time of a sighting, from few of each so that they collide.
-type Sighting = (u8, u8, u8, u8);
+pub type Sighting = (u8, u8, u8, u8);
 
-fn sighted((i, (unit, tail_index, position, time)): (usize, Sighting)) -> Upload {
+pub fn sighted((i, (unit, tail_index, position, time)): (usize, Sighting)) -> Upload {
     Upload {
         tail: tail(&format!("T{tail_index}")),
         position: format!("P{position}").parse().unwrap(),
@@ -133,7 +133,7 @@ fn sighted((i, (unit, tail_index, position, time)): (usize, Sighting)) -> Upload
 
 /// The definition, followed literally: go through all sightings in the order of time; each ends
 /// what it contradicts.
-fn by_definition(uploads: &[Upload]) -> BTreeMap<String, Vec<Installation>> {
+pub fn by_definition(uploads: &[Upload]) -> BTreeMap<String, Vec<Installation>> {
     let mut ordered: Vec<_> = uploads.iter().collect();
     ordered.sort_by_key(|upload| (upload.recorded_at, upload.upload_id.clone()));
     let mut periods: Vec<(String, Installation)> = Vec::new();
@@ -160,7 +160,11 @@ fn by_definition(uploads: &[Upload]) -> BTreeMap<String, Vec<Installation>> {
     by_unit
 }
 
-async fn as_stored(store: &Store, operator: &OperatorId, uploads: &[Upload]) -> BTreeMap<String, Vec<Installation>> {
+pub async fn as_stored(
+    store: &Store,
+    operator: &OperatorId,
+    uploads: &[Upload],
+) -> BTreeMap<String, Vec<Installation>> {
     let mut by_unit = BTreeMap::new();
     for upload in uploads {
         let periods = store.installations(&upload.component(operator)).await.unwrap();

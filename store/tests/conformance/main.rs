@@ -3,8 +3,12 @@
 #[path = "../fixture/mod.rs"]
 mod fixture;
 
+mod correct;
 mod history;
 mod ingest;
 mod installations;
+mod lists;
 mod models;
+mod order;
 mod queue;
+mod sensor_configurations;

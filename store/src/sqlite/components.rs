@@ -1,0 +1,43 @@
+//! Components with their lives.
+
+use domain::{Component, Timestamp};
+
+use super::{
+    Sqlite,
+    history::{self, End},
+    installations,
+    lives::{self, LifePointer},
+    row::{BindKey, count},
+};
+use crate::{ComponentRecord, LifeRecord, StoreError};
+
+impl Sqlite {
+    pub(crate) async fn component(&self, component: &Component) -> Result<Option<ComponentRecord>, StoreError> {
+        let mut transaction = self.readers.begin().await?;
+        let enrolled: Option<(i64,)> = sqlx::query_as(
+            "select enrolled_at from components where operator = $1 and part_number = $2 and serial_number = $3",
+        )
+        .bind_component(component)
+        .fetch_optional(&mut *transaction)
+        .await?;
+        let Some((enrolled_at,)) = enrolled else { return Ok(None) };
+        let pointers: Vec<LifePointer> = sqlx::query_as(
+            "select overhaul_index, generation from lives
+             where operator = $1 and part_number = $2 and serial_number = $3 order by overhaul_index",
+        )
+        .bind_component(component)
+        .fetch_all(&mut *transaction)
+        .await?;
+        let mut lives = Vec::with_capacity(pointers.len());
+        for pointer in pointers {
+            lives.push(LifeRecord {
+                overhaul_index: count("lives", pointer.overhaul_index)?,
+                generation: lives::generation(&mut transaction, component, pointer).await?,
+                first: history::end_of_life(&mut transaction, component, pointer, End::First).await?,
+                last: history::end_of_life(&mut transaction, component, pointer, End::Last).await?,
+            });
+        }
+        let installations = installations::of_component(&mut transaction, component).await?;
+        Ok(Some(ComponentRecord { enrolled_at: Timestamp::from_micros(enrolled_at), lives, installations }))
+    }
+}

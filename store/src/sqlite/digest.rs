@@ -1,0 +1,59 @@
+//! The digest over all estimates and states.
+//!
+//! Card. *What:* a chain of SHA-256: each result is hashed together with the hash so far. *Order:*
+//! operator, part number, serial number, overhaul index, generation; in each generation first the
+//! estimates in the order of the life, then the states by block. *Content:* that key and the noun's
+//! canonical JSON; nothing that tells when or how often anything was received or computed. One life
+//! at a time is in memory, all are read in one transaction.
+
+use domain::ContentHash;
+use serde::Serialize;
+
+use super::{
+    Sqlite,
+    history::{self, EstimateRange, StateRange},
+    lives::LifePointer,
+    row::{ComponentColumns, count},
+};
+use crate::{Digest, StoreError};
+
+impl Sqlite {
+    pub(crate) async fn digest(&self) -> Result<Digest, StoreError> {
+        let mut transaction = self.readers.begin().await?;
+        let rows: Vec<GenerationRow> = sqlx::query_as(
+            "select operator, part_number, serial_number, overhaul_index, number as generation from generations
+             order by operator, part_number, serial_number, overhaul_index, number",
+        )
+        .fetch_all(&mut *transaction)
+        .await?;
+        let lives: i64 = sqlx::query_scalar("select count(*) from lives").fetch_one(&mut *transaction).await?;
+        let mut digest =
+            Digest { digest: ContentHash::of(b""), estimates: 0, states: 0, lives: count("lives", lives)? };
+        for GenerationRow { key, pointer } in rows {
+            let component = key.component("generations")?;
+            let life = (&component, pointer.overhaul_index, pointer.generation);
+            for estimate in history::estimates(&mut transaction, &component, pointer, EstimateRange::ALL).await? {
+                digest.estimates += 1;
+                digest.digest = chained(digest.digest, &("estimate", life, estimate));
+            }
+            for state in history::states(&mut transaction, &component, pointer, StateRange::ALL).await? {
+                digest.states += 1;
+                digest.digest = chained(digest.digest, &("state", life, state));
+            }
+        }
+        Ok(digest)
+    }
+}
+
+#[derive(sqlx::FromRow)]
+struct GenerationRow {
+    #[sqlx(flatten)]
+    key: ComponentColumns,
+    #[sqlx(flatten)]
+    pointer: LifePointer,
+}
+
+fn chained(so_far: ContentHash, result: &impl Serialize) -> ContentHash {
+    let result = ContentHash::of_json(result);
+    ContentHash::of_parts([so_far.bytes().as_slice(), result.bytes()])
+}

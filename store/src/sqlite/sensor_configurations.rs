@@ -1,0 +1,210 @@
+//! Sensor configurations of tails.
+//!
+//! An estimate is a function of its upload and of the configuration in force when it was recorded. So
+//! a configuration, whenever it arrives, sends the uploads of its period back to be estimated again.
+
+use std::{
+    collections::{BTreeMap, btree_map::Entry},
+    sync::Arc,
+};
+
+use domain::{ContentHash, OperatorId, SensorConfiguration, TailNumber, Timestamp, Upload};
+use sqlx::SqliteConnection;
+
+use super::{
+    Sqlite,
+    correct::{self, Span},
+    installations,
+    row::{checksum, decode, encode, hash, verify},
+    writer::Write,
+};
+use crate::{Addition, StoreError, TailConfiguration, Unestimated};
+
+const CONFIGURATIONS: &str = "sensor_configurations";
+const OF_TAILS: &str = "tail_sensor_configurations";
+
+impl Sqlite {
+    pub(crate) async fn add_sensor_configuration(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+        effective_from: Timestamp,
+        configuration: &SensorConfiguration,
+        now: Timestamp,
+    ) -> Result<Addition, StoreError> {
+        let body = encode("sensor configuration", configuration)?;
+        let (operator, tail) = (operator.clone(), tail.clone());
+        let add = Add { operator, tail, effective_from, hash: configuration.id(), body, added_at: now };
+        self.writer.write(add).await
+    }
+
+    pub(crate) async fn sensor_configurations(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+    ) -> Result<Vec<TailConfiguration>, StoreError> {
+        let mut connection = self.readers.acquire().await?;
+        of_tail(&mut connection, operator, tail).await
+    }
+}
+
+/// All configurations of a tail, by the time from which they are in force.
+async fn of_tail(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    tail: &TailNumber,
+) -> Result<Vec<TailConfiguration>, StoreError> {
+    let rows: Vec<ConfigurationRow> = sqlx::query_as(
+        "select t.effective_from, t.hash, t.added_at, t.checksum as tail_checksum, c.body, c.checksum
+         from tail_sensor_configurations t
+         join sensor_configurations c on c.operator = t.operator and c.hash = t.hash
+         where t.operator = $1 and t.tail = $2 order by t.effective_from",
+    )
+    .bind(operator.as_str())
+    .bind(tail.as_str())
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(|row| row.configuration(operator, tail)).collect()
+}
+
+/// Uploads, each with the configuration in force when it was recorded.
+pub(super) async fn in_force(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    uploads: Vec<(Upload, Timestamp)>,
+) -> Result<Vec<Unestimated>, StoreError> {
+    let mut tails: BTreeMap<TailNumber, Vec<(Timestamp, Arc<SensorConfiguration>)>> = BTreeMap::new();
+    let mut unestimated = Vec::with_capacity(uploads.len());
+    for (upload, received_at) in uploads {
+        let periods = match tails.entry(upload.tail.clone()) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(vacant) => {
+                let all = of_tail(connection, operator, &upload.tail).await?;
+                vacant.insert(all.into_iter().map(|one| (one.effective_from, Arc::new(one.configuration))).collect())
+            }
+        };
+        let begun = periods.partition_point(|(effective_from, _)| *effective_from <= upload.recorded_at);
+        let sensor_configuration = begun.checked_sub(1).map(|newest| periods[newest].1.clone());
+        unestimated.push(Unestimated { upload, received_at, sensor_configuration });
+    }
+    Ok(unestimated)
+}
+
+#[derive(sqlx::FromRow)]
+struct ConfigurationRow {
+    effective_from: i64,
+    hash: Vec<u8>,
+    added_at: i64,
+    tail_checksum: Vec<u8>,
+    body: Vec<u8>,
+    checksum: Vec<u8>,
+}
+
+impl ConfigurationRow {
+    fn configuration(self, operator: &OperatorId, tail: &TailNumber) -> Result<TailConfiguration, StoreError> {
+        verify(&tail_name(operator, tail, self.effective_from, self.added_at), &self.hash, &self.tail_checksum)?;
+        let hash = hash(OF_TAILS, &self.hash)?;
+        Ok(TailConfiguration {
+            effective_from: Timestamp::from_micros(self.effective_from),
+            added_at: Timestamp::from_micros(self.added_at),
+            configuration: decode(&(CONFIGURATIONS, operator, hash), &self.body, &self.checksum)?,
+            hash,
+        })
+    }
+}
+
+fn tail_name<'a>(
+    operator: &'a OperatorId,
+    tail: &'a TailNumber,
+    effective_from: i64,
+    added_at: i64,
+) -> impl serde::Serialize + 'a {
+    (OF_TAILS, operator, tail, effective_from, added_at)
+}
+
+struct Add {
+    operator: OperatorId,
+    tail: TailNumber,
+    effective_from: Timestamp,
+    hash: ContentHash,
+    body: String,
+    added_at: Timestamp,
+}
+
+impl Write for Add {
+    type Output = Addition;
+
+    async fn apply(&self, connection: &mut SqliteConnection, now: Timestamp) -> Result<Addition, StoreError> {
+        if let Some(known) = self.known(connection).await? {
+            return Ok(if known == self.hash { Addition::Duplicate } else { Addition::Conflict });
+        }
+        self.insert(connection).await?;
+        let (from, until) = (self.effective_from.micros(), self.superseded_at(connection).await?);
+        for period in installations::periods_of_tail(connection, &self.operator, &self.tail).await? {
+            // An upload of the period's last moment may still be of this tail.
+            let recorded_at = from.max(period.from_at)..until.min(period.to.0.saturating_add(1));
+            if !recorded_at.is_empty() {
+                let span = Span { recorded_at, only: None };
+                correct::send_back(connection, &period.component, span, self.added_at, now).await?;
+            }
+        }
+        Ok(Addition::Added)
+    }
+}
+
+impl Add {
+    /// The configuration that is in force from the same time on.
+    async fn known(&self, connection: &mut SqliteConnection) -> Result<Option<ContentHash>, StoreError> {
+        let known: Option<Vec<u8>> = sqlx::query_scalar(
+            "select hash from tail_sensor_configurations where operator = $1 and tail = $2 and effective_from = $3",
+        )
+        .bind(self.operator.as_str())
+        .bind(self.tail.as_str())
+        .bind(self.effective_from.micros())
+        .fetch_optional(connection)
+        .await?;
+        known.map(|bytes| hash(OF_TAILS, &bytes)).transpose()
+    }
+
+    /// When the tail's next configuration comes into force.
+    async fn superseded_at(&self, connection: &mut SqliteConnection) -> Result<i64, StoreError> {
+        let next: Option<i64> = sqlx::query_scalar(
+            "select min(effective_from) from tail_sensor_configurations
+             where operator = $1 and tail = $2 and effective_from > $3",
+        )
+        .bind(self.operator.as_str())
+        .bind(self.tail.as_str())
+        .bind(self.effective_from.micros())
+        .fetch_one(connection)
+        .await?;
+        Ok(next.unwrap_or(i64::MAX))
+    }
+
+    async fn insert(&self, connection: &mut SqliteConnection) -> Result<(), StoreError> {
+        sqlx::query(
+            "insert into sensor_configurations (operator, hash, body, checksum) values ($1, $2, $3, $4)
+             on conflict (operator, hash) do nothing",
+        )
+        .bind(self.operator.as_str())
+        .bind(&self.hash.bytes()[..])
+        .bind(&self.body)
+        .bind(checksum(&(CONFIGURATIONS, &self.operator, self.hash), self.body.as_bytes()))
+        .execute(&mut *connection)
+        .await?;
+        let (effective_from, added_at) = (self.effective_from.micros(), self.added_at.micros());
+        let name = tail_name(&self.operator, &self.tail, effective_from, added_at);
+        sqlx::query(
+            "insert into tail_sensor_configurations (operator, tail, effective_from, hash, added_at, checksum)
+             values ($1, $2, $3, $4, $5, $6)",
+        )
+        .bind(self.operator.as_str())
+        .bind(self.tail.as_str())
+        .bind(effective_from)
+        .bind(&self.hash.bytes()[..])
+        .bind(added_at)
+        .bind(checksum(&name, self.hash.bytes()))
+        .execute(connection)
+        .await?;
+        Ok(())
+    }
+}
