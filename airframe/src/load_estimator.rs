@@ -150,7 +150,7 @@ impl LoadEstimator {
     }
 
     /// Load of the actuator at a position, relative to a reference moment in N m; `None` where the
-    /// position is not listed, its surface is not modelled, or the ratio is not finite.
+    /// position is not listed, its surface is not modelled, or the reference gives no finite ratio.
     pub fn hinge_load(
         &self,
         estimate: &LoadEstimate,
@@ -160,7 +160,7 @@ impl LoadEstimator {
         let place = self.configuration.positions.get(position)?;
         let HingeMoment { moment_nm, sigma_nm } = self.hinge_moment(estimate, place.surface, place.side)?;
         let ratio = moment_nm.abs() / reference_moment_nm;
-        (ratio.is_finite() && reference_moment_nm > 0.0).then(|| HingeLoad {
+        (ratio.is_finite() && reference_moment_nm.is_finite() && reference_moment_nm > 0.0).then(|| HingeLoad {
             hinge_moment_nm: moment_nm,
             sigma_nm,
             ratio,

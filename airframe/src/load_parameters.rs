@@ -9,7 +9,10 @@ use domain::{
 };
 use serde::Deserialize;
 
-use crate::{fbg::Sensitivity, load_estimator::EstimatorSettings};
+use crate::{
+    fbg::Sensitivity,
+    load_estimator::{EstimatorSettings, FlightEnvelope},
+};
 
 /// What `*_params.json` holds; entries that only describe are passed over.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -33,6 +36,9 @@ pub struct LoadParameters {
     pub c_z: [[f64; FLIGHT_PRODUCTS]; 2],
     /// Noise and limits.
     pub estimator: NoiseParameters,
+    /// The flight conditions that stand in for missing air data.
+    #[serde(default)]
+    pub envelope: Option<FlightEnvelope>,
     /// Constants of the gratings; must be those of [`crate::fbg`].
     #[serde(default)]
     pub fbg: Option<GratingParameters>,

@@ -64,7 +64,7 @@ impl EstimatorSettings {
             }
         };
         range("peak_sigma_nm", self.peak_sigma_nm, 0.0, 10.0);
-        range("strain_floor", self.strain_floor, 1e-9, 1e-2);
+        range("strain_floor", self.strain_floor, 0.0, 1e-2);
         range("station_temperature_sigma_k", self.station_temperature_sigma_k, 0.0, 100.0);
         range("peak_window_nm", self.peak_window_nm, 0.0, 100.0);
         range("exclusion_limit", self.exclusion_limit, 0.0, 1e6);
@@ -73,6 +73,9 @@ impl EstimatorSettings {
         range("roll_sigma_rad_m", self.roll_sigma_rad_m, 0.0, 10.0);
         range("effectiveness_sigma", self.effectiveness_sigma, 0.0, 10.0);
         range("deflection_sigma_rad", self.deflection_sigma_rad, 0.0, 10.0);
+        if self.peak_sigma_nm == 0.0 && self.strain_floor == 0.0 {
+            invalid.push("#/strain_floor", "0 although peaks have no noise either");
+        }
         invalid.into_result(Some(()))
     }
 }
