@@ -4,9 +4,10 @@ mod fixture;
 
 use std::{fs, path::Path};
 
-use fixture::{Database, bundle, component, day, drain, later_upload, operator, tail, upload};
-use sqlx::{Connection, Executor, SqliteConnection, sqlite::SqliteConnectOptions};
-use store::{Options, Receipt, Store, StoreError};
+use domain::SetAsideReason;
+use fixture::{Database, bundle, component, configuration, day, drain, later_upload, operator, tail, upload};
+use sqlx::{Connection, Executor, SqliteConnection, migrate::Migrator, sqlite::SqliteConnectOptions};
+use store::{Options, Receipt, Retrial, Store, StoreError, UploadState};
 use tokio::task::JoinSet;
 
 async fn execute(path: &Path, sql: &'static str) -> u64 {
@@ -141,6 +142,8 @@ async fn with_history() -> Database {
         let upload = later_upload(&format!("u{i}"), "0001", 10.0 * f64::from(i));
         store.accept(&operator(), upload, day(0.0)).await.unwrap();
     }
+    let configuration = configuration(0.25);
+    store.add_sensor_configuration(&operator(), &tail("EC-MXA"), day(2.0), &configuration, day(0.0)).await.unwrap();
     drain(&store).await;
     store.close().await;
     database
@@ -154,6 +157,7 @@ struct Served {
     installed: Vec<store::Installed>,
     mask: Option<store::PublishedMask>,
     bundles: Vec<store::BundleRecord>,
+    configurations: Vec<store::TailConfiguration>,
 }
 
 /// Everything that is served of such a database.
@@ -169,6 +173,7 @@ async fn served(store: &Store) -> Result<Served, StoreError> {
         installed: store.installed(&operator(), &tail("EC-MXA")).await?,
         mask: store.mask(&fixture::mask().id()).await?,
         bundles: store.bundles().await?,
+        configurations: store.sensor_configurations(&operator(), &tail("EC-MXA")).await?,
     })
 }
 
@@ -184,6 +189,8 @@ async fn a_damaged_row_is_named_and_never_served() {
         ("prognoses", "update prognoses set body = replace(body, '0.02', '0.03')"),
         ("prognoses", "update prognoses set issued_at = 0"),
         ("masks", "update masks set k_nom = 0.0753"),
+        ("sensor_configurations", "update sensor_configurations set body = replace(body, '0.25', '0.26')"),
+        ("tail_sensor_configurations", "update tail_sensor_configurations set effective_from = effective_from - 1"),
         ("bundles", "update bundles set summary = replace(summary, '0.0752', '0.0753')"),
     ] {
         let database = with_history().await;
@@ -211,4 +218,117 @@ async fn a_damaged_bundle_is_not_handed_out() {
     execute(&database.path(), "update bundles set body = x'00'").await;
     let body = database.open().await.bundle_body(&bundle("one").hash).await;
     assert!(matches!(body, Err(StoreError::Corrupt { .. })), "{body:?}");
+}
+
+/// A database as the build that knew only the first schema left it: with the rows of `with_history`,
+/// one upload set aside and one that waits.
+async fn of_first_schema(history: &Database) -> Database {
+    let migrations = tempfile::tempdir().unwrap();
+    let first = "../migrations/sqlite/0001_initial.sql";
+    fs::copy(first, migrations.path().join("0001_initial.sql")).unwrap();
+    let database = Database::new();
+    let options = SqliteConnectOptions::new().filename(database.path()).create_if_missing(true);
+    let mut connection = SqliteConnection::connect_with(&options).await.unwrap();
+    Migrator::new(migrations.path()).await.unwrap().run_direct(None, &mut connection, false).await.unwrap();
+    sqlx::query("attach $1 as later").bind(history.path().to_str()).execute(&mut connection).await.unwrap();
+    for copy in [
+        "insert into bundles select * from later.bundles",
+        "insert into masks select * from later.masks",
+        "insert into operators select * from later.operators",
+        "insert into tails select * from later.tails",
+        "insert into components select * from later.components",
+        "insert into generations select * from later.generations",
+        "insert into installations select * from later.installations",
+        "insert into upload_keys select * from later.upload_keys",
+        "insert into uploads select * from later.uploads",
+        "insert into component_queue select * from later.component_queue",
+        "insert into estimates select * from later.estimates",
+        "insert into states select * from later.states",
+        "insert into prognoses select * from later.prognoses",
+        "insert into lives select operator, part_number, serial_number, overhaul_index, generation from later.lives",
+        "insert into inbox select operator, part_number, serial_number, recorded_at, upload_id from later.inbox",
+        "insert into set_aside select operator, part_number, serial_number, recorded_at, upload_id,
+           'bins of 180, not of 360', recorded_at from later.uploads where upload_id = 'aside'",
+        "delete from inbox where upload_id = 'aside'",
+    ] {
+        connection.execute(copy).await.unwrap();
+    }
+    connection.close().await.unwrap();
+    database
+}
+
+#[tokio::test]
+async fn a_database_of_the_first_schema_keeps_its_rows_and_its_answers() {
+    let history = with_history().await;
+    let store = history.open().await;
+    for id in ["aside", "waits"] {
+        store.accept(&operator(), upload(id, "0001"), day(7.0)).await.unwrap();
+    }
+    let expected = Served { configurations: Vec::new(), ..served(&store).await.unwrap() };
+    assert!(expected.installed[0].prognosis.is_some() && !expected.states.is_empty());
+    store.close().await;
+    let database = of_first_schema(&history).await;
+    let store = database.open().await;
+    let state = async |id: &str| store.upload(&operator(), &id.parse().unwrap()).await.unwrap().unwrap().state;
+    let aside =
+        UploadState::SetAside { reason: SetAsideReason::NotEstimable, detail: "bins of 180, not of 360".to_owned() };
+    assert_eq!(state("aside").await, aside);
+    assert_eq!(state("waits").await, UploadState::Pending);
+    let figures = store.work_figures().await.unwrap();
+    assert_eq!((figures.pending, figures.oldest_pending_since, figures.set_aside), (1, Some(day(7.0)), 1));
+    let retried = store.retry_upload(&operator(), &"aside".parse().unwrap(), day(8.0)).await.unwrap();
+    assert_eq!(retried, Some(Retrial::Retried));
+    assert_eq!(served(&store).await.unwrap(), expected);
+    drain(&store).await;
+    assert_eq!(state("aside").await, UploadState::Processed);
+}
+
+#[tokio::test]
+async fn a_database_that_is_only_read_answers_and_refuses_writes() {
+    let database = with_history().await;
+    let store = database.open().await;
+    let (digest, expected) = (store.digest().await.unwrap(), served(&store).await.unwrap());
+    let refused = Store::open_read_only(&database.url()).await.err().expect("a server runs");
+    assert!(matches!(refused, StoreError::Locked { .. }), "{refused:?}");
+    store.close().await;
+    let before = fs::read(database.path()).unwrap();
+    let reader = Store::open_read_only(&database.url()).await.unwrap();
+    assert!(matches!(refusal(&database).await, StoreError::Locked { .. }));
+    assert_eq!(reader.digest().await.unwrap(), digest);
+    assert_eq!(served(&reader).await.unwrap(), expected);
+    let refused = reader.accept(&operator(), upload("late", "0001"), day(0.0)).await;
+    assert!(matches!(refused, Err(StoreError::ReadOnly)), "{refused:?}");
+    assert!(matches!(reader.lease(fixture::LEASE).await, Err(StoreError::ReadOnly)));
+    reader.close().await;
+    assert_eq!(fs::read(database.path()).unwrap(), before);
+    database.open().await.close().await;
+}
+
+#[tokio::test]
+async fn what_a_killed_process_left_in_the_log_is_read() {
+    let database = Database::new();
+    let store = database.ready().await;
+    store.accept(&operator(), upload("u1", "0001"), day(0.0)).await.unwrap();
+    drain(&store).await;
+    let left_behind = Database::new();
+    for suffix in ["", "-wal"] {
+        let name = |database: &Database| format!("{}{suffix}", database.path().display());
+        fs::copy(name(&database), name(&left_behind)).unwrap();
+    }
+    let reader = Store::open_read_only(&left_behind.url()).await.unwrap();
+    assert_eq!(reader.digest().await.unwrap(), store.digest().await.unwrap());
+    assert_eq!(reader.digest().await.unwrap().estimates, 1);
+}
+
+#[tokio::test]
+async fn what_cannot_be_read_as_it_is_is_refused_untouched() {
+    let database = Database::new();
+    let refused = Store::open_read_only(&database.url()).await.err().unwrap();
+    assert!(matches!(refused, StoreError::Io { .. }), "{refused:?}");
+    assert!(!database.path().exists());
+    let old = of_first_schema(&with_history().await).await;
+    let refused = Store::open_read_only(&old.url()).await.err().unwrap();
+    assert!(matches!(refused, StoreError::OlderSchema { version: 1, own: 2 }), "{refused:?}");
+    old.open().await.close().await;
+    Store::open_read_only(&old.url()).await.unwrap();
 }

@@ -43,7 +43,7 @@ fn of_upload(i: usize, ((unit, tail_index, hours, time), twice, voided): Sketch)
     };
     let mut acts = vec![Act::Upload(upload.clone())];
     acts.extend(twice.then(|| Act::Upload(upload.clone())));
-    acts.extend(voided.then(|| Act::Void(upload)));
+    acts.extend(voided.then_some(Act::Void(upload)));
     acts
 }
 
