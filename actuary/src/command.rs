@@ -1,5 +1,6 @@
 //! The subcommands.
 
+pub mod backtest;
 pub mod demo;
 pub mod diagnose;
 pub mod serve;

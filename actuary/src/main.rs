@@ -14,7 +14,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::command::{demo, diagnose, serve, simulate, train, verify};
+use crate::command::{backtest, demo, diagnose, serve, simulate, train, verify};
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
 #[derive(Debug, Parser)]
@@ -26,6 +26,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Backtest(backtest::Arguments),
     Demo(demo::Arguments),
     Serve(serve::Arguments),
     Train(train::Arguments),
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Err(error) => return exit::usage(&error),
     };
     let outcome = match cli.command {
+        Command::Backtest(arguments) => backtest::run(arguments),
         Command::Demo(arguments) => demo::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Train(arguments) => train::run(arguments),

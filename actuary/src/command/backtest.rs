@@ -1,0 +1,191 @@
+//! `actuary backtest`: estimators of remaining life, fed with recorded lives as if they were being lived.
+
+mod chart;
+mod histories;
+mod knowledge;
+mod metrics;
+mod predictions;
+mod report;
+
+use std::{path::PathBuf, time::Instant};
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use prognosis::{
+    Estimator, PredictionSettings, Rbg, Thesis,
+    backtest::{Replay, ReplaySettings, replay},
+};
+use rayon::prelude::*;
+
+use self::{histories::Recorded, knowledge::Knowledge, metrics::Metrics};
+use crate::{exit::Failure, files::output::OutputFolder};
+
+const SEED: u64 = 1;
+
+/// Judge estimators of remaining life on recorded histories of fault vectors.
+///
+/// Each history is fed progressively: a prediction at t uses the observations up to t and nothing else.
+/// Predictions are made at every multiple of --every that a history covers, and scored where --truth
+/// tells the failure. Where nothing better is given, the model's surrogate says when life ends, its fleet
+/// prior what is known of a new life, and the diagnosis error of the fleet that taught the prior
+/// (0.0075 for shorts, 0.02 for eccentricity) is the noise of the histories.
+#[derive(Debug, Args)]
+#[command(after_help = "Files:
+  histories    run_id,<any>,t_fh,load,temp,<fault names>; empty load or temp = not known; rows in any order
+  truth        run_id,t_failure_fh; the n-th --truth belongs to the n-th --histories
+  A column `regime` in either splits the metrics. All other columns are ignored.
+
+Example:
+  actuary backtest --model models/default.json --histories histories.csv --truth truth.csv \\
+    --estimator rbg --estimator thesis --out backtest")]
+pub struct Arguments {
+    /// The model bundle.
+    #[arg(long, value_name = "FILE")]
+    model: PathBuf,
+    /// Histories to predict; of several files, run_id becomes <stem of the file>/<run_id>.
+    #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
+    histories: Vec<PathBuf>,
+    /// Their true failure times, for metrics.json and report.html.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    truth: Vec<PathBuf>,
+    /// An estimator to judge, repeated for several [default: rbg and thesis].
+    #[arg(long = "estimator", value_name = "NAME", value_enum)]
+    estimators: Vec<EstimatorName>,
+    /// Draws of each prediction.
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    draws: u32,
+    /// Flight hours between predictions.
+    #[arg(long, default_value_t = 200.0, value_name = "H", value_parser = hours)]
+    every: f64,
+    /// Remaining lives beyond are censored, flight hours.
+    #[arg(long, default_value_t = 8000.0, value_name = "H", value_parser = hours)]
+    horizon: f64,
+    /// Train the surrogate on labelled fault vectors instead of taking the model's: fault columns, then
+    /// figures, min_margin or label; several files are pooled. Without --prior the model's knowledge of
+    /// its own surrogate's error is dropped with it.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    labels: Vec<PathBuf>,
+    /// Learn the fleet prior, the noise of the histories and the error of the surrogate from these
+    /// histories, each of which has to end with the observation at failure.
+    #[arg(long, value_name = "FILE")]
+    prior: Option<PathBuf>,
+    /// Folder for predictions.csv and, with truth, metrics.json and report.html.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// The estimators, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum EstimatorName {
+    /// The default: growth-rate filter with a fleet prior
+    #[value(alias = "default")]
+    Rbg,
+    /// Berri 2021, section 2.4, as it stands there
+    Thesis,
+}
+
+/// Between a tenth of an hour and more than any life.
+fn hours(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(hours) if (0.1..=1e6).contains(&hours) => Ok(hours),
+        _ => Err("not a number of hours from 0.1 to 1000000".to_owned()),
+    }
+}
+
+/// Judges the estimators.
+pub fn run(arguments: Arguments) -> Result<()> {
+    let started = Instant::now();
+    let out = OutputFolder::new(&arguments.out)?;
+    let bar = ProgressBar::new(0);
+    bar.set_style(ProgressStyle::with_template("{msg:<32} {wide_bar} {pos}/{len} {eta}").expect("a valid template"));
+    bar.set_message("reading");
+    let model = knowledge::read_model(&arguments.model)?;
+    let mut recorded = histories::read_all(&arguments.histories, &arguments.truth, &model.bundle().faults)?;
+    bar.set_message("learning");
+    let knowledge = Knowledge::gather(&model, &arguments.labels, arguments.prior.as_deref(), SEED)?;
+    for recorded in &mut recorded {
+        knowledge.set_noise(&mut recorded.run.observations);
+    }
+    let estimators = estimators(&arguments.estimators, &knowledge);
+    let settings = ReplaySettings {
+        every_fh: arguments.every,
+        prediction: PredictionSettings { draws: arguments.draws as usize, horizon_fh: arguments.horizon },
+        seed: SEED,
+    };
+    bar.set_message("predicting");
+    let replays = replay_all(&recorded, &estimators, &settings, &bar);
+    bar.finish_and_clear();
+    write(&out, &arguments, &Judged { recorded: &recorded, replays: &replays, knowledge: &knowledge })?;
+    println!("{} in {:.0} s", arguments.out.display(), started.elapsed().as_secs_f64());
+    Ok(())
+}
+
+/// The chosen estimators in the order asked for, each once; without a choice all.
+fn estimators<'a>(names: &[EstimatorName], knowledge: &'a Knowledge) -> Vec<Box<dyn Estimator + 'a>> {
+    let names = if names.is_empty() { EstimatorName::value_variants() } else { names };
+    let first = |(i, name): &(usize, &EstimatorName)| !names[..*i].contains(name);
+    let Knowledge { faults: model, surrogate: boundary, prior, .. } = knowledge;
+    let estimator = |(_, name): (usize, &EstimatorName)| -> Box<dyn Estimator + 'a> {
+        match name {
+            EstimatorName::Rbg => Box::new(Rbg { model, prior, boundary }),
+            EstimatorName::Thesis => Box::new(Thesis { model, boundary }),
+        }
+    };
+    names.iter().enumerate().filter(first).map(estimator).collect()
+}
+
+/// What one estimator made of all runs.
+struct Replays {
+    estimator: &'static str,
+    /// One per run, in their order.
+    runs: Vec<Replay>,
+}
+
+fn replay_all(
+    recorded: &[Recorded],
+    estimators: &[Box<dyn Estimator + '_>],
+    settings: &ReplaySettings,
+    bar: &ProgressBar,
+) -> Vec<Replays> {
+    bar.set_length((recorded.len() * estimators.len()) as u64);
+    let of_estimator = |estimator: &Box<dyn Estimator + '_>| {
+        let of_run = |recorded: &Recorded| {
+            let replayed = replay(&recorded.run, estimator.as_ref(), settings);
+            bar.inc(1);
+            replayed
+        };
+        Replays { estimator: estimator.name(), runs: recorded.par_iter().map(of_run).collect() }
+    };
+    estimators.par_iter().map(of_estimator).collect()
+}
+
+/// All there is to write about.
+struct Judged<'a> {
+    recorded: &'a [Recorded],
+    replays: &'a [Replays],
+    knowledge: &'a Knowledge,
+}
+
+fn write(out: &OutputFolder, arguments: &Arguments, judged: &Judged) -> Result<()> {
+    let metrics = (!arguments.truth.is_empty()).then(|| Metrics::new(arguments, judged));
+    out.write(|draft| {
+        draft.file("predictions.csv", |file| predictions::write(file, judged))?;
+        let Some(metrics) = &metrics else { return Ok(()) };
+        draft.file("metrics.json", |file| {
+            serde_json::to_writer_pretty(&mut *file, metrics)?;
+            file.write_all(b"\n")
+        })?;
+        draft.file("report.html", |file| file.write_all(report::page(metrics, judged).as_bytes()))
+    })?;
+    match &metrics {
+        Some(metrics) => print!("{}", metrics.summary()),
+        None => println!("{} runs predicted; without truth there is nothing to judge", judged.recorded.len()),
+    }
+    Ok(())
+}
+
+/// What is wrong with the files together.
+fn refuse(reason: String) -> Failure {
+    Failure::BadInput(reason)
+}

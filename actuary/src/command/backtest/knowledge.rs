@@ -1,0 +1,110 @@
+//! What estimators know before a life begins: the model's, or learned from files.
+
+use std::{fs, path::Path};
+
+use anyhow::{Context, Result};
+use domain::FaultModel;
+use ema::wear::DIAGNOSIS_SD;
+use pipeline::{Labels, Model};
+use prognosis::{
+    FinishedLife, FitSettings, FleetPrior, Observation, fit_failure_time_error, fit_noise, fit_prior,
+    surrogate::{RegressionSettings, Surrogate, SurrogateSettings, SvmSettings},
+};
+
+use super::{histories, refuse};
+use crate::{exit::Failure, files::labels};
+
+/// Boundary, prior and noise.
+pub struct Knowledge {
+    /// What the faults are.
+    pub faults: FaultModel,
+    /// Says when life ends.
+    pub surrogate: Surrogate,
+    /// What earlier lives have taught.
+    pub prior: FleetPrior,
+    /// Standard deviation of one observation of each fault.
+    pub sigma: Vec<f64>,
+}
+
+/// Reads a model bundle.
+pub fn read_model(file: &Path) -> Result<Model, Failure> {
+    let refused = |reason: &dyn std::fmt::Display| refuse(format!("{}: {reason}", file.display()));
+    let bytes = fs::read(file).map_err(|error| refused(&error))?;
+    Model::from_bytes(&bytes).map_err(|error| refused(&error))
+}
+
+impl Knowledge {
+    /// The model's own, but what the files teach instead.
+    pub fn gather(model: &Model, labels: &[impl AsRef<Path>], prior: Option<&Path>, seed: u64) -> Result<Self> {
+        let bundle = model.bundle();
+        let faults = bundle.faults.clone();
+        let mut knowledge = Self {
+            surrogate: bundle.surrogate.clone(),
+            prior: bundle.prior.clone(),
+            sigma: DIAGNOSIS_SD.into(),
+            faults,
+        };
+        if !labels.is_empty() {
+            knowledge.surrogate = train_surrogate(labels, &knowledge.faults)?;
+            // It was the error of another surrogate.
+            knowledge.prior.failure_time_error = None;
+        }
+        if let Some(file) = prior {
+            knowledge.learn_from(file, seed)?;
+        } else if knowledge.sigma.len() != knowledge.faults.len() {
+            return Err(refuse(format!(
+                "the noise of {} faults is not known: give --prior to learn it",
+                knowledge.faults.len()
+            ))
+            .into());
+        }
+        Ok(knowledge)
+    }
+
+    /// Tells observations their noise.
+    pub fn set_noise(&self, observations: &mut [Observation]) {
+        observations.iter_mut().for_each(|observation| observation.sigma.clone_from(&self.sigma));
+    }
+
+    /// Noise, prior and failure-time error from the histories of lives that ended in failure.
+    fn learn_from(&mut self, file: &Path, seed: u64) -> Result<()> {
+        let refused = |reason: &dyn std::fmt::Display| refuse(format!("{}: {reason}", file.display()));
+        let mut lives = histories::read_observations(file, &self.faults)?;
+        self.sigma = fit_noise(&lives, &self.faults).map_err(|error| refused(&error))?;
+        lives.iter_mut().for_each(|life| self.set_noise(life));
+        self.prior = fit_prior(&lives, &self.faults, &FitSettings::default()).map_err(|error| refused(&error))?;
+        let finished = |observations: Vec<Observation>| FinishedLife {
+            failure_fh: observations.last().expect("a history has a row").t_fh,
+            observations,
+        };
+        let lives: Vec<FinishedLife> = lives.into_iter().map(finished).collect();
+        self.prior.failure_time_error =
+            fit_failure_time_error(&lives, &self.faults, &self.prior, &self.surrogate, seed);
+        Ok(())
+    }
+}
+
+/// Margins teach one regression per figure, verdicts alone a support vector machine.
+fn train_surrogate(files: &[impl AsRef<Path>], faults: &FaultModel) -> Result<Surrogate> {
+    let (mut samples, mut verdicts_only, mut figures) = (Vec::new(), false, None);
+    for file in files {
+        let file = file.as_ref();
+        let (more, verdicts) = match labels::read(file, &faults.names)? {
+            Labels::Margins(samples) => (samples, false),
+            Labels::Verdicts(samples) => (samples, true),
+        };
+        let width = more.first().map(|sample| sample.margins.len());
+        if *figures.get_or_insert(width) != width || (!samples.is_empty() && verdicts != verdicts_only) {
+            return Err(refuse(format!("{}: other figures than the files of labels before it", file.display())).into());
+        }
+        verdicts_only = verdicts;
+        samples.extend(more);
+    }
+    let settings = match verdicts_only {
+        false => SurrogateSettings::FigureRegression(RegressionSettings::default()),
+        true => SurrogateSettings::Svm(SvmSettings::default()),
+    };
+    let named = || files.iter().map(|file| file.as_ref().display().to_string()).collect::<Vec<_>>().join(", ");
+    let trained = Surrogate::train(&samples, faults, &settings);
+    trained.map_err(|error| refuse(error.to_string())).with_context(named)
+}
