@@ -12,27 +12,37 @@ use crate::{ContentHash, normal};
 
 /// One stream of random numbers.
 #[derive(Debug, Clone)]
-pub struct Stream(ChaCha8Rng);
+pub struct Stream {
+    rng: ChaCha8Rng,
+    /// Whether it is a numbered stream of its key already.
+    numbered: bool,
+}
 
 impl Stream {
     /// The stream of `seed` and a natural key (operator, part, serial, life, upload_id, ...).
     pub fn new(seed: u64, key: &[&str]) -> Self {
         let seed = seed.to_le_bytes();
         let parts = std::iter::once(seed.as_slice()).chain(key.iter().map(|part| part.as_bytes()));
-        Self(ChaCha8Rng::from_seed(*ContentHash::of_parts(parts).bytes()))
+        Self { rng: ChaCha8Rng::from_seed(*ContentHash::of_parts(parts).bytes()), numbered: false }
     }
 
-    /// The `index`-th of 2^64 independent streams under the same key, at its beginning.
+    /// The `index`-th of 2^64 independent streams under this one, at its beginning; a substream's own are
+    /// independent of its siblings'.
     pub fn substream(&self, index: u64) -> Self {
-        let mut rng = self.0.clone();
+        let mut rng = self.rng.clone();
+        if self.numbered {
+            let number = self.rng.get_stream().to_le_bytes();
+            let key = ContentHash::of_parts([self.rng.get_seed().as_slice(), &number]);
+            rng = ChaCha8Rng::from_seed(*key.bytes());
+        }
         rng.set_stream(index);
         rng.set_word_pos(0);
-        Self(rng)
+        Self { rng, numbered: true }
     }
 
     /// 64 random bits.
     pub fn bits(&mut self) -> u64 {
-        self.0.next_u64()
+        self.rng.next_u64()
     }
 
     /// Uniform in the open interval (0, 1), on the midpoints of 2^53 cells.
@@ -67,6 +77,22 @@ mod tests {
         assert_ne!(draw(&["a", "b"], 3), draw(&["ab", ""], 3));
         assert_ne!(draw(&["a", "b"], 3), draw(&["a", "b"], 4));
         assert_ne!(Stream::new(1, &["a"]).bits(), Stream::new(2, &["a"]).bits());
+    }
+
+    #[test]
+    fn substreams_of_different_substreams_are_different() {
+        let root = Stream::new(1, &["root"]);
+        let draw = |path: [u64; 2]| root.substream(path[0]).substream(path[1]).bits();
+        let mut draws: Vec<u64> = [[0, 0], [0, 1], [1, 0], [1, 1], [2, 1]].map(draw).to_vec();
+        draws.push(root.substream(0).bits());
+        draws.push(root.substream(1).bits());
+        draws.sort_unstable();
+        draws.dedup();
+        assert_eq!(draws.len(), 7);
+        // A substream does not depend on how much was drawn from its parent.
+        let mut drawn = root.substream(3);
+        drawn.bits();
+        assert_eq!(drawn.substream(5).bits(), draw([3, 5]));
     }
 
     #[test]
