@@ -21,6 +21,8 @@ pub enum MetricKind {
     Gauge,
     /// Durations in seconds, counted in buckets.
     Seconds,
+    /// Numbers of things, counted in buckets.
+    Numbers,
 }
 
 const fn metric(name: &'static str, kind: MetricKind, help: &'static str) -> Metric {
@@ -56,6 +58,21 @@ pub const SET_ASIDE: Metric =
 /// Time of a durable transaction.
 pub const COMMIT_SECONDS: Metric =
     metric("commit_seconds", MetricKind::Seconds, "Time to write one group of uploads or results durably.");
+/// Writes that one transaction held.
+pub const COMMIT_WRITES: Metric =
+    metric("commit_writes", MetricKind::Numbers, "Uploads and results that one transaction held.");
+/// Transactions that failed and were tried again in halves.
+pub const COMMITS_HALVED: Metric = metric(
+    "commits_halved_total",
+    MetricKind::Counter,
+    "Transactions that failed and were tried again in halves, to find the write at fault.",
+);
+/// Writes that failed for good.
+pub const COMMIT_FAILURES: Metric =
+    metric("commit_failures_total", MetricKind::Counter, "Transactions that failed for good.");
+/// Uploads that wait for the writer.
+pub const UPLOAD_QUEUE: Metric =
+    metric("upload_queue_waiting", MetricKind::Gauge, "Uploads in memory that wait for the disk, unacknowledged.");
 /// Leases that ended; label `outcome`: `done`, `fenced` (another worker took over), `failed`.
 pub const LEASES: Metric = metric("leases_total", MetricKind::Counter, "Leases of components that ended, by outcome.");
 /// Time to analyse one component.
@@ -63,7 +80,7 @@ pub const ANALYSIS_SECONDS: Metric =
     metric("analysis_seconds", MetricKind::Seconds, "Time to analyse one component: estimates, states, prognosis.");
 
 /// Every figure.
-pub const ALL: [Metric; 9] = [
+pub const ALL: [Metric; 13] = [
     HTTP_REQUEST_SECONDS,
     GRPC_REQUEST_SECONDS,
     UPLOADS,
@@ -71,6 +88,10 @@ pub const ALL: [Metric; 9] = [
     OLDEST_PENDING_SECONDS,
     SET_ASIDE,
     COMMIT_SECONDS,
+    COMMIT_WRITES,
+    COMMITS_HALVED,
+    COMMIT_FAILURES,
+    UPLOAD_QUEUE,
     LEASES,
     ANALYSIS_SECONDS,
 ];

@@ -7,7 +7,7 @@ use proto::json::{
     AsOfBody, EndOfLife, FailureProbability, Fault, LoadBody, MaskBody, ModelItem, MonteCarlo, Page, PropagationBody,
     RulBody, RulQuantiles, Status, TailItem,
 };
-use store::{BundleRecord, Installed};
+use store::{BundleRecord, Installed, InstalledTail};
 
 use crate::{State, refusal::Refusal};
 
@@ -103,15 +103,13 @@ pub async fn tail_ruls(state: &State, tail: &TailNumber, within_fh: Option<&[f64
 /// One page of tails, from the first after `after`.
 pub async fn tails(state: &State, after: Option<&TailNumber>, limit: u32) -> Result<Page<TailItem>, Refusal> {
     let operator = OperatorId::default();
-    let mut names = state.store.tails(&operator, after, limit + 1).await?;
-    let next_cursor = next_cursor(&mut names, limit, TailNumber::to_string);
-    let mut items = Vec::with_capacity(names.len());
-    for tail in names {
-        let installed = state.store.installed(&operator, &tail).await?;
+    let mut fleet = state.store.installed_fleet(&operator, after, limit + 1).await?;
+    let next_cursor = next_cursor(&mut fleet, limit, |tail| tail.tail.to_string());
+    let item = |InstalledTail { tail, installed }: InstalledTail| {
         let bodies: Vec<RulBody> = installed.iter().map(|installed| rul(state, installed, None)).collect();
-        items.push(TailItem::new(tail.into(), &bodies));
-    }
-    Ok(Page { items, next_cursor })
+        TailItem::new(tail.into(), &bodies)
+    };
+    Ok(Page { items: fleet.into_iter().map(item).collect(), next_cursor })
 }
 
 /// Cuts the item that was read beyond `limit`, and tells the cursor after the last that stays.

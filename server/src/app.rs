@@ -44,11 +44,7 @@ impl Deref for Shared {
 /// Everything that one port serves, until `stopping`.
 pub async fn router(state: State, stopping: CancellationToken) -> Router {
     let shared = Shared(Arc::new(Context { state, masks: Masks::default(), stopping }));
-    let (rest, document) = rest::router().split_for_parts();
-    let document = Json(document);
-    let rest = rest
-        .route("/openapi.json", get(|| async move { document }))
-        .merge(page::router())
+    let rest = routes()
         .method_not_allowed_fallback(|| async { Refusal::MethodNotAllowed })
         .layer(middleware::from_fn(deadline))
         .fallback(nothing_here)
@@ -58,6 +54,13 @@ pub async fn router(state: State, stopping: CancellationToken) -> Router {
     let grpc = grpc::routes(&shared).await;
     let grpc = grpc.layer(CatchPanicLayer::custom(grpc_fault)).layer(middleware::from_fn(prometheus::time_grpc));
     grpc.merge(rest)
+}
+
+/// REST, its document, and the pages.
+fn routes() -> Router<Shared> {
+    let (rest, document) = rest::router().split_for_parts();
+    let document = Json(document);
+    rest.route("/openapi.json", get(|| async move { document })).merge(page::router())
 }
 
 async fn deadline(request: Request, next: Next) -> Response {
@@ -82,4 +85,58 @@ async fn nothing_here(request: Request) -> Response {
         return Status::unimplemented("there is no such service").into_http::<Body>();
     }
     Refusal::NotFound(format!("there is nothing at {}: see /openapi.json", request.uri().path())).into_response()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{BTreeMap, BTreeSet};
+
+    use super::*;
+
+    /// Routes that are no part of the interface: pages, and the document itself.
+    const UNDOCUMENTED: [&str; 6] = [
+        "get /",
+        "get /docs",
+        "get /docs/",
+        "get /docs/{file}",
+        "get /openapi.json",
+        "get /tails/{tail}/positions/{position}",
+    ];
+
+    /// What stands between `begin` and `end` for each route, by the route's number.
+    fn by_route<'a>(text: &'a str, begin: &str, end: &str) -> BTreeMap<&'a str, &'a str> {
+        let entry = |chunk: &'a str| {
+            let (number, rest) = chunk.split_once(')').unwrap();
+            (number, rest.split_once(begin).unwrap().1.split_once(end).unwrap().0)
+        };
+        text.split("RouteId(").skip(1).map(entry).collect()
+    }
+
+    /// Method and path of every route. A router does not tell its routes but in its `Debug` form.
+    fn routed() -> BTreeSet<String> {
+        let text = format!("{:?}", routes());
+        let (methods, paths) = text.split_once("node: Node { paths: {").unwrap();
+        let methods = by_route(methods, "allow_header: Bytes(b\"", "\"");
+        let end = paths.find("\"}").unwrap() + 1;
+        let paths = by_route(&paths[..end], "\"", "\"");
+        assert_eq!(methods.len(), paths.len());
+        let names = |(number, path): (&&str, &&str)| -> Vec<String> {
+            let offered = methods[*number].split(',').filter(|method| *method != "HEAD");
+            offered.map(|method| format!("{} {path}", method.to_lowercase())).collect()
+        };
+        paths.iter().flat_map(names).collect()
+    }
+
+    #[test]
+    fn the_document_and_the_router_name_the_same_routes() {
+        let document = serde_json::to_value(rest::router().split_for_parts().1).unwrap();
+        let paths = document["paths"].as_object().unwrap();
+        let operations = paths
+            .iter()
+            .flat_map(|(path, item)| item.as_object().unwrap().keys().map(move |method| format!("{method} {path}")));
+        let mut expected: BTreeSet<String> = operations.collect();
+        assert!(expected.len() > 15);
+        expected.extend(UNDOCUMENTED.map(str::to_owned));
+        assert_eq!(routed(), expected);
+    }
 }

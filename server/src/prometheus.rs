@@ -13,7 +13,7 @@ use axum::{
 };
 use domain::metric::{self, MetricKind};
 use metrics::{Unit, describe_counter, describe_gauge, describe_histogram, gauge, histogram};
-use metrics_exporter_prometheus::{BuildError, PrometheusBuilder, PrometheusHandle};
+use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, PrometheusHandle};
 use tonic::Code;
 
 use crate::app::Shared;
@@ -21,6 +21,8 @@ use crate::app::Shared;
 /// Upper ends of the buckets of every duration, s.
 const BUCKETS_S: [f64; 15] =
     [0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0];
+/// Upper ends of the buckets of every number of things.
+const BUCKETS: [f64; 10] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
 /// The text format.
 const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
@@ -36,12 +38,17 @@ pub struct NoRecorder(#[from] BuildError);
 impl Metrics {
     /// Makes this the recorder of the process; only the first call of a process succeeds.
     pub fn install() -> Result<Self, NoRecorder> {
-        let handle = PrometheusBuilder::new().set_buckets(&BUCKETS_S)?.install_recorder()?;
+        let mut builder = PrometheusBuilder::new().set_buckets(&BUCKETS_S)?;
+        for metric in metric::ALL.iter().filter(|metric| metric.kind == MetricKind::Numbers) {
+            builder = builder.set_buckets_for_metric(Matcher::Full(metric.name.to_owned()), &BUCKETS)?;
+        }
+        let handle = builder.install_recorder()?;
         for metric in metric::ALL {
             match metric.kind {
                 MetricKind::Counter => describe_counter!(metric.name, metric.help),
                 MetricKind::Gauge => describe_gauge!(metric.name, metric.help),
                 MetricKind::Seconds => describe_histogram!(metric.name, Unit::Seconds, metric.help),
+                MetricKind::Numbers => describe_histogram!(metric.name, Unit::Count, metric.help),
             }
         }
         Ok(Self(handle))

@@ -22,16 +22,18 @@ pub enum Outcome {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct HealthItem {
     /// The upload.
+    #[schema(example = "EC-MXA.AIL-L.000123")]
     pub upload_id: String,
     /// The component's hours since new.
+    #[schema(example = 1234.5)]
     pub flight_hours: f64,
     /// When the samples were taken.
-    #[schema(format = "date-time")]
+    #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
     pub recorded_at: String,
     /// Whether the upload could be diagnosed.
     pub outcome: Outcome,
     /// Why not.
-    #[schema(required)]
+    #[schema(required, example = json!(null))]
     pub reason: Option<String>,
     /// Faults by name.
     #[schema(required)]
@@ -40,10 +42,10 @@ pub struct HealthItem {
     #[schema(required)]
     pub load: Option<LoadBody>,
     /// Whether the samples fit any healthy or faulty map; null when undiagnosable.
-    #[schema(required)]
+    #[schema(required, example = true)]
     pub plausible: Option<bool>,
     /// Whether a load ratio was given, so that the diagnosis does not depend on the load.
-    #[schema(required)]
+    #[schema(required, example = true)]
     pub load_invariant: Option<bool>,
     /// The mask by which the samples were taken.
     pub mask_id: String,
@@ -57,8 +59,10 @@ pub struct HealthItem {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FaultEstimate {
     /// The value, nominal value included.
+    #[schema(example = 0.031)]
     pub value: f64,
     /// Its standard deviation.
+    #[schema(example = 0.0041)]
     pub sigma: f64,
 }
 
@@ -98,12 +102,15 @@ impl HealthItem {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StateItem {
     /// Index of the block: floor(flight_hours / 20).
+    #[schema(example = 61)]
     pub block: u64,
     /// Hours since new of the block's first observation.
+    #[schema(example = 1221.0)]
     pub from_fh: f64,
     /// The block's last observation.
     pub as_of: AsOfBody,
     /// Observations in it.
+    #[schema(example = 7)]
     pub observations: usize,
     /// Filtered faults by name.
     #[schema(value_type = BTreeMap<String, Fault>)]
@@ -111,8 +118,10 @@ pub struct StateItem {
     /// Remaining useful life as known then, from `as_of.flight_hours`, flight hours.
     pub rul_fh: RulQuantiles,
     /// Share of the draws that outlive the horizon.
+    #[schema(example = 0.02)]
     pub censored_fraction: f64,
     /// The horizon, flight hours.
+    #[schema(example = 10000.0)]
     pub horizon_fh: f64,
 }
 

@@ -10,14 +10,18 @@ pub struct ModelItem {
     /// SHA-256 of the bundle.
     pub hash: String,
     /// Whether new lives begin under it.
+    #[schema(example = true)]
     pub active: bool,
     /// The masks that come with it, the one to fetch first.
     pub mask_ids: Vec<String>,
     /// Names of the faults that it diagnoses, in the order of the fault vector.
+    #[schema(example = json!(["k1", "k2", "k3", "k4", "k5"]))]
     pub fault_names: Vec<String>,
     /// Their nominal values.
+    #[schema(example = json!([0.0, 0.0, 0.0, 0.5, 0.5]))]
     pub nominal: Vec<f64>,
     /// Fewest valid samples for a diagnosis.
+    #[schema(example = 11)]
     pub min_samples: usize,
     /// Hash of the fleet prior.
     pub prior: String,

@@ -41,14 +41,19 @@ impl From<domain::Status> for Status {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RulBody {
     /// The aircraft.
+    #[schema(example = "EC-MXA")]
     pub tail: String,
     /// The position on it.
+    #[schema(example = "AIL-L")]
     pub position: String,
     /// The component's part number.
+    #[schema(example = "EMA-500")]
     pub part_number: String,
     /// The component's serial number.
+    #[schema(example = "SN-0001")]
     pub serial_number: String,
     /// Overhaul index of the life.
+    #[schema(example = 0)]
     pub life: u32,
     /// The newest data; null until it has been judged.
     #[schema(required)]
@@ -56,16 +61,16 @@ pub struct RulBody {
     /// How to read the answer now.
     pub status: Status,
     /// What a forecast still needs; null when there is one.
-    #[schema(required)]
+    #[schema(required, example = json!(null))]
     pub missing: Option<String>,
     /// Remaining useful life from `as_of.flight_hours`, flight hours.
     #[schema(required)]
     pub rul_fh: Option<RulQuantiles>,
     /// Share of the draws that outlive the horizon.
-    #[schema(required)]
+    #[schema(required, example = 0.02)]
     pub censored_fraction: Option<f64>,
     /// The horizon, flight hours.
-    #[schema(required)]
+    #[schema(required, example = 10000.0)]
     pub horizon_fh: Option<f64>,
     /// P(failure within), at the asked hours; null when there is no forecast.
     #[schema(required)]
@@ -77,7 +82,7 @@ pub struct RulBody {
     #[schema(required)]
     pub fault_vector: Option<FaultsByName>,
     /// The fault that most often drives the end of life.
-    #[schema(required)]
+    #[schema(required, example = "k1")]
     pub dominant_fault: Option<String>,
     /// The actuator's load in the newest data that tells it.
     #[schema(required)]
@@ -98,14 +103,15 @@ pub struct RulBody {
     #[schema(required)]
     pub mask_id: Option<String>,
     /// Which (bundle, prior) generation of the life.
-    #[schema(required)]
+    #[schema(required, example = 1)]
     pub generation: Option<u32>,
     /// Raised only when the numbers may change.
-    #[schema(required)]
+    #[schema(required, example = 1)]
     pub numerics_version: Option<u32>,
     /// The build that answers.
     pub code_version: String,
     /// Uploads that the answer does not contain yet.
+    #[schema(example = 0)]
     pub pending_uploads: u64,
     /// What the numbers may be used for.
     pub advisory: String,
@@ -115,11 +121,13 @@ pub struct RulBody {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct AsOfBody {
     /// The component's hours since new.
+    #[schema(example = 1234.5)]
     pub flight_hours: f64,
     /// When it was recorded.
-    #[schema(format = "date-time")]
+    #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
     pub recorded_at: String,
     /// Which upload it came with.
+    #[schema(example = "EC-MXA.AIL-L.000123")]
     pub upload_id: String,
 }
 
@@ -137,27 +145,28 @@ impl From<&AsOf> for AsOfBody {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RulQuantiles {
     /// E[min(RUL, horizon)].
+    #[schema(example = 1380.0)]
     pub mean: f64,
     /// 5 % quantile.
-    #[schema(required)]
+    #[schema(required, example = 990.0)]
     pub p05: Option<f64>,
     /// 10 % quantile.
-    #[schema(required)]
+    #[schema(required, example = 1085.0)]
     pub p10: Option<f64>,
     /// 25 % quantile.
-    #[schema(required)]
+    #[schema(required, example = 1200.0)]
     pub p25: Option<f64>,
     /// Median.
-    #[schema(required)]
+    #[schema(required, example = 1332.0)]
     pub p50: Option<f64>,
     /// 75 % quantile.
-    #[schema(required)]
+    #[schema(required, example = 1490.0)]
     pub p75: Option<f64>,
     /// 90 % quantile.
-    #[schema(required)]
+    #[schema(required, example = 1660.0)]
     pub p90: Option<f64>,
     /// 95 % quantile.
-    #[schema(required)]
+    #[schema(required, example = 1790.0)]
     pub p95: Option<f64>,
 }
 
@@ -178,12 +187,13 @@ impl From<&RulDistribution> for RulQuantiles {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FailureProbability {
     /// Flight hours from `as_of.flight_hours`.
+    #[schema(example = 500.0)]
     pub within_fh: f64,
     /// The probability; null beyond the horizon.
-    #[schema(required)]
+    #[schema(required, example = 0.004)]
     pub p: Option<f64>,
     /// Its Monte-Carlo standard error.
-    #[schema(required)]
+    #[schema(required, example = 0.002)]
     pub standard_error: Option<f64>,
 }
 
@@ -218,10 +228,13 @@ pub type FaultsByName = BTreeMap<String, Fault>;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Fault {
     /// Filtered value, nominal value included.
+    #[schema(example = 0.031)]
     pub value: f64,
     /// Its standard deviation.
+    #[schema(example = 0.0012)]
     pub sigma: f64,
     /// Present growth per 1,000 flight hours.
+    #[schema(example = 0.009)]
     pub trend_per_1000_fh: f64,
 }
 

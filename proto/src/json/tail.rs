@@ -9,13 +9,15 @@ use super::{RulBody, Status};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TailItem {
     /// The tail.
+    #[schema(example = "EC-MXA")]
     pub tail: String,
     /// The worst status of its positions.
     pub status: Status,
     /// The lowest 10 % quantile of remaining useful life, flight hours; null when none is known.
-    #[schema(required)]
+    #[schema(required, example = 1085.0)]
     pub rul_p10_fh: Option<f64>,
     /// Number of positions with a component.
+    #[schema(example = 4)]
     pub positions: usize,
 }
 
@@ -23,11 +25,12 @@ pub struct TailItem {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TailBody {
     /// The tail.
+    #[schema(example = "EC-MXA")]
     pub tail: String,
     /// The worst status of its positions.
     pub status: Status,
     /// The lowest 10 % quantile of remaining useful life, flight hours; null when none is known.
-    #[schema(required)]
+    #[schema(required, example = 1085.0)]
     pub rul_p10_fh: Option<f64>,
     /// The positions, by name.
     pub positions: Vec<PositionItem>,
@@ -37,12 +40,16 @@ pub struct TailBody {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PositionItem {
     /// The position.
+    #[schema(example = "AIL-L")]
     pub position: String,
     /// The component's part number.
+    #[schema(example = "EMA-500")]
     pub part_number: String,
     /// The component's serial number.
+    #[schema(example = "SN-0001")]
     pub serial_number: String,
     /// Overhaul index of the life.
+    #[schema(example = 0)]
     pub life: u32,
     /// Its latest prognosis.
     pub prognosis: RulBody,

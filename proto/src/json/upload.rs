@@ -40,6 +40,7 @@ pub struct UploadBody {
     #[schema(pattern = "^[0-9a-f]{64}$")]
     pub mask_id: String,
     /// Back-EMF samples in the order of the mask's points, V s/rad; null where no pass gave one.
+    #[schema(example = json!([0.0751, 0.0749, null, 0.0752]))]
     pub samples: Vec<Option<f64>>,
     /// Load ratio r = R i/(k w): one per sample, or the mean of the map.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -262,6 +263,7 @@ pub enum Ingested {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct UploadAck {
     /// The upload's name.
+    #[schema(example = "EC-MXA.AIL-L.000123")]
     pub upload_id: String,
     /// `accepted` (202) or `duplicate` (200).
     pub status: Ingested,
@@ -271,9 +273,10 @@ pub struct UploadAck {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct LineResult {
     /// The line, counted from 1.
+    #[schema(example = 1)]
     pub line: u64,
     /// The upload's name; null when it could not be read.
-    #[schema(required)]
+    #[schema(required, example = "EC-MXA.AIL-L.000123")]
     pub upload_id: Option<String>,
     /// What became of it.
     pub status: Ingested,
@@ -300,6 +303,7 @@ pub enum UploadState {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct UploadStatusBody {
     /// The upload's name.
+    #[schema(example = "EC-MXA.AIL-L.000123")]
     pub upload_id: String,
     /// How far it has come.
     pub state: UploadState,
@@ -313,20 +317,25 @@ pub struct UploadStatusBody {
     #[schema(required, format = "date-time", example = json!(null))]
     pub voided_at: Option<String>,
     /// The aircraft that sent it.
+    #[schema(example = "EC-MXA")]
     pub tail: String,
     /// The position on it.
+    #[schema(example = "AIL-L")]
     pub position: String,
     /// The component's part number.
+    #[schema(example = "EMA-500")]
     pub part_number: String,
     /// The component's serial number.
+    #[schema(example = "SN-0001")]
     pub serial_number: String,
     /// The component's hours since new.
+    #[schema(example = 1234.5)]
     pub flight_hours: f64,
     /// When the samples were taken.
-    #[schema(format = "date-time")]
+    #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
     pub recorded_at: String,
     /// When it was stored.
-    #[schema(format = "date-time")]
+    #[schema(format = "date-time", example = "2026-03-01T12:31:07Z")]
     pub received_at: String,
     /// What it says about the actuator's health.
     #[schema(required)]

@@ -3,7 +3,7 @@
 use askama::Template;
 use axum::{extract::State as Extract, response::Response};
 use domain::{FaultModel, FaultTrend, State as Block, rul::QUANTILE_LEVELS};
-use proto::json::RulBody;
+use proto::json::{LoadBody, LoadSource, RulBody};
 
 use super::{
     chart::{Chart, Sample},
@@ -21,6 +21,7 @@ struct ComponentPage {
     body: RulBody,
     badge: Badge,
     as_of: String,
+    load: Option<String>,
     /// Name of a quantile, its remaining life.
     quantiles: Vec<(&'static str, String)>,
     /// Within, probability.
@@ -46,6 +47,7 @@ pub async fn get(Extract(shared): Extract<Shared>, Named(place): Named<Place>) -
     html(&ComponentPage {
         badge: Badge::of(&body),
         as_of: as_of(&body),
+        load: body.load.as_ref().map(load),
         quantiles: quantiles(&body),
         failures: failures(&body),
         rul_chart: rul_chart(&blocks),
@@ -60,6 +62,20 @@ fn as_of(body: &RulBody) -> String {
         format!("{} flight hours, recorded {}", grouped(as_of.flight_hours), as_of.recorded_at)
     };
     body.as_of.as_ref().map_or_else(|| "nothing judged yet".to_owned(), told)
+}
+
+fn load(load: &LoadBody) -> String {
+    let source = match load.source {
+        LoadSource::StrainAndAirData => "strain and air data",
+        LoadSource::Strain => "strain alone",
+        LoadSource::AirData => "air data alone",
+    };
+    let excluded: Vec<_> = load.excluded_sensors.iter().map(|sensor| (sensor + 1).to_string()).collect();
+    let left_out = match excluded.as_slice() {
+        [] => "no strain sensor left out".to_owned(),
+        numbers => format!("strain sensors left out: {}", numbers.join(", ")),
+    };
+    format!("{:.1} \u{b1} {:.1} N m from {source}; {left_out}", load.hinge_moment_nm, load.sigma_nm)
 }
 
 fn quantiles(body: &RulBody) -> Vec<(&'static str, String)> {

@@ -3,16 +3,16 @@
 use std::sync::{Arc, LazyLock};
 
 use axum::{
-    extract::Path,
     http::{
         HeaderName,
         header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE},
     },
     response::{IntoResponse, Redirect, Response},
 };
+use serde::Deserialize;
 use utoipa_swagger_ui::Config;
 
-use crate::refusal::Refusal;
+use crate::{parameters::Named, refusal::Refusal};
 
 /// Everything comes from this service: the browser refuses the rest.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
@@ -31,8 +31,14 @@ pub async fn index() -> Result<Response, Refusal> {
     file("index.html")
 }
 
+/// A file in a path.
+#[derive(Deserialize)]
+pub struct One {
+    file: String,
+}
+
 /// `GET /docs/{file}`
-pub async fn get(Path(name): Path<String>) -> Result<Response, Refusal> {
+pub async fn get(Named(One { file: name }): Named<One>) -> Result<Response, Refusal> {
     file(&name)
 }
 

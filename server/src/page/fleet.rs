@@ -41,18 +41,15 @@ struct Row {
 /// `GET /`
 pub async fn get(Extract(shared): Extract<Shared>) -> Result<Response, Refusal> {
     let (state, operator) = (&shared.state, OperatorId::default());
-    let mut tails = state.store.tails(&operator, None, MAX_TAILS + 1).await?;
-    let more = tails.len() > MAX_TAILS as usize;
-    tails.truncate(MAX_TAILS as usize);
-    let mut bodies = Vec::new();
-    for tail in &tails {
-        let installed = state.store.installed(&operator, tail).await?;
-        bodies.extend(installed.iter().map(|installed| answer::rul(state, installed, None)));
-    }
+    let mut fleet = state.store.installed_fleet(&operator, None, MAX_TAILS + 1).await?;
+    let more = fleet.len() > MAX_TAILS as usize;
+    fleet.truncate(MAX_TAILS as usize);
+    let installed = fleet.iter().flat_map(|tail| &tail.installed);
+    let mut bodies: Vec<RulBody> = installed.map(|installed| answer::rul(state, installed, None)).collect();
     bodies.sort_by(worst_first);
     html(&FleetPage {
         now: (state.clock)(),
-        tails: tails.len(),
+        tails: fleet.len(),
         more,
         pending: grouped(bodies.iter().map(|body| body.pending_uploads).sum::<u64>() as f64),
         rows: bodies.into_iter().map(Row::new).collect(),

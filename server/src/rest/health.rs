@@ -1,4 +1,4 @@
-//! The history of the component at a position.
+//! Histories: of the component at a position, and of a component wherever it is.
 
 use axum::{
     Json,
@@ -20,7 +20,7 @@ use crate::{
 
 /// A page of either view.
 #[derive(ToSchema)]
-#[schema(as = Health)]
+#[schema(as = HealthPage)]
 #[allow(dead_code, reason = "documentation only: the handler answers with the page itself")]
 #[serde(untagged)]
 pub enum HealthBody {

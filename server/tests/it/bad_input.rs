@@ -2,14 +2,15 @@
 
 use proto::{
     grpc::from_upload,
-    json::UploadBody,
-    v1::{self, ingest_client::IngestClient},
+    json::{UploadBody, example_sensor_configuration},
+    v1::{self, ListHealthRequest, fleet_health_client::FleetHealthClient, ingest_client::IngestClient},
 };
+use reqwest::Method;
 use serde_json::{Value, json};
 use tonic::{Code, Status};
 use tonic_types::StatusExt;
 
-use crate::house::{House, problem};
+use crate::house::{House, PROBLEM, problem};
 
 /// What is wrong, the body, the status and the field.
 type Case = (&'static str, String, u16, &'static str);
@@ -148,9 +149,26 @@ async fn parameters_are_refused_by_name() {
         (format!("{place}/health?view=all"), "view"),
         (format!("{place}/health?cursor=5"), "cursor"),
         (format!("{place}/health?view=states&cursor=1_2_u"), "cursor"),
+        ("/v1/components/%FF/1".to_owned(), "part"),
+        ("/v1/components/EMA/%0A".to_owned(), "serial"),
+        (format!("/v1/components/{}/1", "x".repeat(33)), "part"),
+        ("/v1/components/EMA/1/health?from_fh=1e309".to_owned(), "from_fh"),
+        ("/v1/components/EMA/1/health?cursor=NaN_1_u".to_owned(), "cursor"),
+        ("/v1/components/EMA/1/health?view=%00".to_owned(), "view"),
+        ("/v1/components/EMA/1/health?limit=1.5".to_owned(), "limit"),
+        ("/v1/tails/%20/sensor-configurations".to_owned(), "tail"),
+        ("/v1/uploads".to_owned(), "state"),
+        ("/v1/uploads?state=lost".to_owned(), "state"),
+        ("/v1/uploads?state=pending&state=voided".to_owned(), "state"),
+        ("/v1/uploads?state=pending&limit=-1".to_owned(), "limit"),
+        ("/v1/uploads?state=pending&cursor=a%20b".to_owned(), "cursor"),
+        ("/v1/uploads?state=pending&colour=red".to_owned(), "colour"),
     ];
     for (path, parameter) in cases {
         assert_eq!(house.refused(&path, 422).await["errors"][0]["parameter"], parameter, "{path}");
+    }
+    for path in ["/v1/uploads/a%20b/void", "/v1/uploads/%FF/retry"] {
+        assert_eq!(problem(house.act(path).await, 422).await["errors"][0]["parameter"], "upload_id", "{path}");
     }
     let posted = problem(house.upload("ec-mxa", &house.body("bad", 1.0)).await, 422).await;
     assert_eq!(posted["errors"][0]["parameter"], "tail");
@@ -191,4 +209,159 @@ async fn grpc_names_the_field_too() {
     large.samples = vec![0.07; 100_000];
     assert_eq!(grpc.upload(large).await.unwrap_err().code(), Code::OutOfRange);
     nothing_is_stored(&house).await;
+}
+
+/// The example of a sensor configuration with one place of it replaced, or removed by null.
+fn configuration(pointer: &str, value: Value) -> String {
+    let mut body = json!({
+        "effective_from": "2026-03-01T00:00:00Z",
+        "configuration": json!(example_sensor_configuration()),
+    });
+    let (parent, name) = pointer.rsplit_once('/').unwrap();
+    match (body.pointer_mut(parent).unwrap(), value) {
+        (Value::Object(map), Value::Null) => drop(map.remove(name)),
+        (Value::Object(map), value) => drop(map.insert(name.to_owned(), value)),
+        (Value::Array(list), value) => list[name.parse::<usize>().unwrap()] = value,
+        _ => panic!("{pointer}"),
+    }
+    body.to_string()
+}
+
+fn configuration_cases() -> Vec<Case> {
+    let with = |pointer: &str, value: Value| configuration(&format!("/configuration{pointer}"), value);
+    let number =
+        |text: &str| with("/gain_noise", json!(0.5)).replace("\"gain_noise\":0.5", &format!("\"gain_noise\":{text}"));
+    vec![
+        ("nothing", String::new(), 400, "#"),
+        ("a list", "[]".into(), 422, "#"),
+        ("NaN", number("NaN"), 400, "#/configuration/gain_noise"),
+        ("a number beyond doubles", number("1e400"), 400, "#/configuration/gain_noise"),
+        ("an absurd gain", number("-1"), 422, "#/configuration/gain_noise"),
+        ("no time", configuration("/effective_from", Value::Null), 422, "#/effective_from"),
+        ("a time that is none", configuration("/effective_from", json!("soon")), 422, "#/effective_from"),
+        ("no configuration", configuration("/configuration", Value::Null), 422, "#/configuration"),
+        ("an unknown field", configuration("/colour", json!(1)), 422, "#/colour"),
+        ("an unknown field within", with("/colour", json!(1)), 422, "#/configuration/colour"),
+        ("too few gratings", with("/strain_gratings", json!([])), 422, "#/configuration/strain_gratings"),
+        ("a row too short", with("/strain_map/3", json!([0, 0, 0, 0])), 422, "#/configuration/strain_map/3"),
+        ("an absurd factor", with("/strain_map/3/1", json!(1e9)), 422, "#/configuration/strain_map/3/1"),
+        (
+            "a station outside",
+            with("/strain_gratings/2/station", json!(4)),
+            422,
+            "#/configuration/strain_gratings/2/station",
+        ),
+        (
+            "a negative station",
+            with("/strain_gratings/2/station", json!(-4)),
+            422,
+            "#/configuration/strain_gratings/2/station",
+        ),
+        (
+            "a bonding day",
+            with("/strain_gratings/0/bonded_at", json!("monday")),
+            422,
+            "#/configuration/strain_gratings/0/bonded_at",
+        ),
+        (
+            "an absurd wavelength",
+            with("/temperature_wavelengths_nm/1", json!(1)),
+            422,
+            "#/configuration/temperature_wavelengths_nm/1",
+        ),
+        (
+            "another surface",
+            with("/positions/AIL-L/surface", json!("rudder")),
+            422,
+            "#/configuration/positions/AIL-L/surface",
+        ),
+        (
+            "deep nesting",
+            with("/strain_map", json!(0))
+                .replace("\"strain_map\":0", &format!("\"strain_map\":{}", "[".repeat(50_000))),
+            422,
+            "#/configuration/strain_map/0/0",
+        ),
+    ]
+}
+
+#[tokio::test]
+async fn every_bad_sensor_configuration_is_refused_by_the_name_of_the_field() {
+    let house = House::open().await;
+    let url = format!("{}/v1/tails/EC-MXA/sensor-configurations", house.url);
+    let post = |content_type: &'static str, body: Vec<u8>| {
+        house.client.post(&url).header("content-type", content_type).body(body).send()
+    };
+    for (what, body, status, pointer) in configuration_cases() {
+        let response = post("application/json", body.into_bytes()).await.unwrap();
+        assert_eq!(response.status().as_u16(), status, "{what}");
+        let refused = problem(response, status).await;
+        let named = refused["errors"][0]["pointer"].as_str().unwrap_or_default();
+        assert!(if pointer == "#" { named.starts_with('#') } else { named == pointer }, "{what}: {refused}");
+    }
+    problem(post("application/json", vec![b' '; 300_000]).await.unwrap(), 413).await;
+    problem(post("application/json", b"{\"effective_from\":\"\xff\"}".to_vec()).await.unwrap(), 400).await;
+    problem(post("application/x-ndjson", b"{}".to_vec()).await.unwrap(), 415).await;
+    let packed = house.client.post(&url).header("content-type", "application/json").header("content-encoding", "gzip");
+    problem(packed.body("x").send().await.unwrap(), 415).await;
+    house.refused("/v1/tails/EC-MXA/sensor-configurations", 404).await;
+}
+
+/// Texts in the place of names, percent-encoded.
+const ODD_NAMES: [&str; 9] =
+    ["%00", "%FF", "%20", "..%2F..", "a%2Fb", "%F0%9F%9B%A9", "'%3B%20drop%20table%20uploads--", "NaN", "%7Btail%7D"];
+const ODD_QUERY: &str = "limit=NaN&cursor=%FF%00&view=%F0&state=&within_fh=,&from_fh=inf&to_fh=-0x1&a[]=1&=&&%";
+
+#[tokio::test]
+async fn odd_names_queries_and_methods_are_never_a_fault_of_the_server() {
+    let house = House::open().await;
+    let document = house.read("/openapi.json").await;
+    let long = "9".repeat(2000);
+    for path in document["paths"].as_object().unwrap().keys().filter(|path| path.starts_with("/v1")) {
+        for name in ODD_NAMES.into_iter().chain([long.as_str()]) {
+            let filled: Vec<String> = path
+                .split('/')
+                .map(|step| if step.starts_with('{') { name.to_owned() } else { step.to_owned() })
+                .collect();
+            let url = format!("{}{}?{ODD_QUERY}", house.url, filled.join("/"));
+            for method in [Method::GET, Method::POST, Method::PUT, Method::DELETE] {
+                let request = house.client.request(method.clone(), &url).header("content-type", "application/json");
+                let response = request.body(vec![0xff, 0xfe, b'{']).send().await.unwrap();
+                let status = response.status();
+                // Collections that take no parameters ignore them.
+                let listed = status == 200 && method == Method::GET && path == "/v1/models";
+                assert!(listed || status.is_client_error(), "{method} {url}: {status}");
+                assert!(listed || response.headers()["content-type"] == PROBLEM, "{method} {url}");
+            }
+        }
+    }
+    nothing_is_stored(&house).await;
+}
+
+#[tokio::test]
+async fn grpc_questions_are_refused_by_the_name_of_the_field() {
+    let house = House::open().await;
+    assert_eq!(house.upload("EC-MXA", &house.body("u1", 10.0)).await.status(), 202);
+    let mut grpc = FleetHealthClient::new(house.channel().await);
+    let place = ListHealthRequest { tail: "EC-MXA".into(), position: "AIL-L".into(), ..Default::default() };
+    let unit = ListHealthRequest { part_number: "EMA-500".into(), serial_number: "SN 1".into(), ..Default::default() };
+    let cases = [
+        (ListHealthRequest::default(), "tail"),
+        (ListHealthRequest { part_number: "EMA-500".into(), ..place.clone() }, "part_number"),
+        (ListHealthRequest { position: String::new(), ..place.clone() }, "position"),
+        (ListHealthRequest { tail: "ec mxa".into(), ..place.clone() }, "tail"),
+        (ListHealthRequest { serial_number: "1\n2".into(), ..unit.clone() }, "serial_number"),
+        (ListHealthRequest { view: 7, ..place.clone() }, "view"),
+        (ListHealthRequest { limit: 1001, ..place.clone() }, "limit"),
+        (ListHealthRequest { from_fh: Some(f64::NAN), ..place.clone() }, "from_fh"),
+        (ListHealthRequest { to_fh: Some(f64::INFINITY), ..place.clone() }, "to_fh"),
+        (ListHealthRequest { cursor: "5".into(), ..place.clone() }, "cursor"),
+        (ListHealthRequest { cursor: "1_2_u".into(), view: 2, ..unit.clone() }, "cursor"),
+    ];
+    for (request, name) in cases {
+        assert_eq!(field(&grpc.list_health(request.clone()).await.unwrap_err()), name, "{request:?}");
+    }
+    let unknown = ListHealthRequest { serial_number: "SN 2".into(), ..unit };
+    assert_eq!(grpc.list_health(unknown).await.unwrap_err().code(), Code::NotFound);
+    assert_eq!(field(&grpc.get_tail(v1::GetTailRequest { tail: "\0".into() }).await.unwrap_err()), "tail");
 }

@@ -9,11 +9,12 @@ use std::{
 };
 
 use domain::{
-    AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Estimate, FaultModel, FaultTrend, FaultVector, Mask,
-    NUMERICS_VERSION, Outcome, Prognosis, Propagation, RulDistribution, Timestamp, Upload,
+    AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Estimate, FaultModel, FaultTrend, FaultVector, HingeLoad,
+    LoadSource, Mask, NUMERICS_VERSION, Outcome, Prognosis, Propagation, RulDistribution, SetAside, Timestamp, Upload,
     prognosis::{Forecast, InsufficientHistory},
     state::State as Block,
 };
+use proto::{grpc::from_upload, json::UploadBody, v1};
 use reqwest::{Client, Response, StatusCode};
 use serde_json::{Value, json};
 use server::Metrics;
@@ -54,9 +55,13 @@ impl House {
     }
 
     pub async fn with_enrolment(enrol: bool) -> Self {
+        Self::with(enrol, Options::default()).await
+    }
+
+    pub async fn with(enrol: bool, options: Options) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let url = format!("sqlite:{}", folder.path().join("actuary.db").display());
-        let store = Store::open(&url, Options::default()).await.unwrap();
+        let store = Store::open(&url, options).await.unwrap();
         let body = b"a bundle";
         let summary = BundleSummary {
             hash: ContentHash::of(body),
@@ -130,6 +135,17 @@ impl House {
         post.header("content-type", content_type).body(body).send().await.unwrap()
     }
 
+    /// A POST without a body.
+    pub async fn act(&self, path: &str) -> Response {
+        self.client.post(format!("{}{path}", self.url)).send().await.unwrap()
+    }
+
+    /// A gRPC request that carries a good upload.
+    pub fn request(&self, upload_id: &str, flight_hours: f64) -> v1::UploadRequest {
+        let body: UploadBody = serde_json::from_value(self.body(upload_id, flight_hours)).unwrap();
+        from_upload(body.into_upload("EC-MXA".parse().unwrap()).unwrap())
+    }
+
     pub async fn upload(&self, tail: &str, body: &Value) -> Response {
         self.post(tail, "application/json", body.to_string()).await
     }
@@ -148,7 +164,16 @@ impl House {
     pub async fn work(&self, forecast: Result<Forecast, InsufficientHistory>) {
         let lease = self.store.lease(Duration::from_secs(60)).await.unwrap().expect("something waits");
         let inputs = self.store.life_inputs(&lease).await.unwrap();
-        let results = results(&inputs, forecast, time(START));
+        let results = results(&inputs, forecast, &[], time(START));
+        assert_eq!(self.store.complete(&lease, results).await.unwrap(), Completion::Done);
+    }
+
+    /// Does what a worker does that cannot estimate some of the waiting uploads.
+    pub async fn set_aside(&self, set_aside: &[SetAside]) {
+        let lease = self.store.lease(Duration::from_secs(60)).await.unwrap().expect("something waits");
+        let inputs = self.store.life_inputs(&lease).await.unwrap();
+        let missing = InsufficientHistory { missing: "one closed block".to_owned() };
+        let results = results(&inputs, Err(missing), set_aside, time(START));
         assert_eq!(self.store.complete(&lease, results).await.unwrap(), Completion::Done);
     }
 }
@@ -165,33 +190,38 @@ pub async fn problem(response: Response, status: u16) -> Value {
     problem
 }
 
-fn results(inputs: &LifeInputs, forecast: Result<Forecast, InsufficientHistory>, now: Timestamp) -> LifeResults {
-    let estimates: Vec<Estimate> = inputs.unestimated.iter().map(|one| estimate(&one.upload, inputs)).collect();
-    let newest = estimates.last().expect("the life has a new upload");
-    let as_of = AsOf {
-        flight_hours: newest.flight_hours,
-        recorded_at: newest.recorded_at,
-        upload_id: newest.upload_id.clone(),
-    };
+fn results(
+    inputs: &LifeInputs,
+    forecast: Result<Forecast, InsufficientHistory>,
+    set_aside: &[SetAside],
+    now: Timestamp,
+) -> LifeResults {
+    let waiting = inputs.unestimated.iter().map(|one| &one.upload);
+    let estimable = waiting.filter(|upload| set_aside.iter().all(|aside| aside.upload_id != upload.upload_id));
+    let estimates: Vec<Estimate> = estimable.map(|upload| estimate(upload, inputs)).collect();
     let states = forecast.as_ref().map(|forecast| blocks(&estimates, forecast)).unwrap_or_default();
-    let prognosis = Prognosis {
-        as_of,
+    let prognosis = estimates.last().map(|newest| Prognosis {
+        as_of: AsOf {
+            flight_hours: newest.flight_hours,
+            recorded_at: newest.recorded_at,
+            upload_id: newest.upload_id.clone(),
+        },
         forecast,
-        load: None,
+        load: estimates.iter().rev().find_map(|estimate| estimate.load.clone()),
         mask_id: newest.mask_id,
         model: inputs.generation.model,
         prior: inputs.generation.prior,
         generation: inputs.generation.number,
         numerics_version: NUMERICS_VERSION,
         inputs_digest: ContentHash::of(b"inputs"),
-    };
+    });
     LifeResults {
         estimates,
-        set_aside: Vec::new(),
+        set_aside: set_aside.to_vec(),
         excluded: Vec::new(),
         states_from: Some(0),
         states,
-        prognosis: Some(prognosis),
+        prognosis,
         now,
     }
 }
@@ -216,8 +246,20 @@ fn estimate(upload: &Upload, inputs: &LifeInputs) -> Estimate {
         model: inputs.generation.model,
         numerics_version: NUMERICS_VERSION,
         outcome,
-        load: None,
+        load: upload.air_data.as_ref().map(|_| load()),
         temperature: None,
+    }
+}
+
+/// What a worker would tell of an upload with strain and air data.
+fn load() -> HingeLoad {
+    HingeLoad {
+        hinge_moment_nm: -412.5,
+        sigma_nm: 3.25,
+        ratio: 0.55,
+        source: LoadSource::StrainAndAirData,
+        excluded_sensors: vec![7, 2],
+        sensor_configuration: ContentHash::of(b"a sensor configuration"),
     }
 }
 

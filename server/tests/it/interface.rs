@@ -15,33 +15,111 @@ use tonic_reflection::pb::v1::{
 use crate::house::{House, problem};
 
 #[tokio::test]
-async fn the_document_lists_every_route() {
+async fn the_document_is_of_openapi_3_1_and_lists_the_contract() {
     let house = House::open().await;
     let document = house.read("/openapi.json").await;
     assert!(document["openapi"].as_str().unwrap().starts_with("3.1"));
-    let routes: BTreeSet<String> = document["paths"]
-        .as_object()
-        .unwrap()
-        .iter()
-        .flat_map(|(path, item)| item.as_object().unwrap().keys().map(move |method| format!("{method} {path}")))
-        .collect();
-    let expected = [
-        "get /healthz",
-        "get /readyz",
-        "get /v1/components/{part}/{serial}/health",
-        "get /v1/models",
-        "get /v1/models/{hash}",
-        "get /v1/models/{hash}/mask",
-        "get /v1/tails",
-        "get /v1/tails/{tail}",
-        "get /v1/tails/{tail}/positions/{position}/health",
-        "get /v1/tails/{tail}/positions/{position}/rul",
-        "get /v1/tails/{tail}/rul",
-        "get /v1/uploads/{upload_id}",
-        "get /version",
-        "post /v1/tails/{tail}/uploads",
+    let contract = [
+        ("/metrics", "get"),
+        ("/v1/components/{part}/{serial}", "get"),
+        ("/v1/components/{part}/{serial}/health", "get"),
+        ("/v1/models", "get"),
+        ("/v1/models/{hash}/mask", "get"),
+        ("/v1/tails", "get"),
+        ("/v1/tails/{tail}/positions/{position}/health", "get"),
+        ("/v1/tails/{tail}/positions/{position}/rul", "get"),
+        ("/v1/tails/{tail}/rul", "get"),
+        ("/v1/tails/{tail}/sensor-configurations", "get"),
+        ("/v1/tails/{tail}/sensor-configurations", "post"),
+        ("/v1/tails/{tail}/uploads", "post"),
+        ("/v1/uploads", "get"),
+        ("/v1/uploads/{upload_id}", "get"),
+        ("/v1/uploads/{upload_id}/retry", "post"),
+        ("/v1/uploads/{upload_id}/void", "post"),
     ];
-    assert_eq!(routes, expected.map(str::to_owned).into());
+    for (path, method) in contract {
+        assert!(document["paths"][path][method].is_object(), "{method} {path}");
+    }
+}
+
+/// Whether a schema of the document shows an example, itself or in what it is made of.
+fn has_example(document: &Value, schema: &Value) -> bool {
+    match schema {
+        Value::Object(map) => {
+            let referred = map.get("$ref").and_then(Value::as_str).and_then(|r| document.pointer(&r[1..]));
+            map.contains_key("example")
+                || map.contains_key("examples")
+                || referred.is_some_and(|schema| has_example(document, schema))
+                || map.values().any(|value| has_example(document, value))
+        }
+        Value::Array(list) => list.iter().any(|value| has_example(document, value)),
+        _ => false,
+    }
+}
+
+#[tokio::test]
+async fn every_operation_tells_its_problems_with_examples() {
+    let house = House::open().await;
+    let document = house.read("/openapi.json").await;
+    let items = document["paths"].as_object().unwrap().iter().filter(|(path, _)| path.starts_with("/v1"));
+    for (path, item) in items {
+        for (method, operation) in item.as_object().unwrap() {
+            let name = format!("{method} {path}");
+            let responses = operation["responses"].as_object().unwrap();
+            let mut wanted = vec!["500", "503"];
+            let parameters: Vec<_> = operation["parameters"].as_array().into_iter().flatten().collect();
+            wanted.extend(parameters.iter().map(|_| "422"));
+            wanted.extend(parameters.iter().filter(|p| p["in"] == "path").map(|_| "404"));
+            if operation["requestBody"].is_object() {
+                wanted.extend(["400", "408", "409", "413", "415", "422"]);
+                assert!(has_example(&document, &operation["requestBody"]), "{name}: a request");
+            }
+            for status in wanted {
+                assert!(responses.contains_key(status), "{name}: {status}");
+            }
+            for (status, response) in responses {
+                if status.starts_with('2') {
+                    assert!(has_example(&document, &response["content"]), "{name}: {status}");
+                } else {
+                    let example = &response["content"]["application/problem+json"]["example"];
+                    assert_eq!(example["status"].to_string(), *status, "{name}");
+                    assert!(!example["detail"].as_str().unwrap().is_empty(), "{name}: {status}");
+                }
+            }
+        }
+    }
+}
+
+#[tokio::test]
+async fn the_interface_page_needs_nothing_from_elsewhere() {
+    let house = House::open().await;
+    // The client follows the redirection to the folder.
+    let index = house.get("/docs").await;
+    assert_eq!(index.status(), 200);
+    assert!(index.url().path().ends_with("/docs/"));
+    let policy = index.headers()["content-security-policy"].to_str().unwrap().to_owned();
+    assert!(policy.contains("default-src 'none'") && !policy.contains("http"), "{policy}");
+    let html = index.text().await.unwrap();
+    let sources = html.split(['"', '\'']).filter(|text| text.ends_with(".js") || text.ends_with(".css"));
+    let mut loaded = 0;
+    for source in sources {
+        let file = source.trim_start_matches("./");
+        assert!(!file.contains(':'), "{file} comes from elsewhere");
+        let answer = house.get(&format!("/docs/{file}")).await;
+        assert_eq!(answer.status(), 200, "{file}");
+        assert!(answer.headers()["content-type"].to_str().unwrap().contains(if file.ends_with(".js") {
+            "javascript"
+        } else {
+            "css"
+        }));
+        loaded += 1;
+    }
+    assert!(loaded >= 4, "{html}");
+    let settings = house.get("/docs/swagger-initializer.js").await.text().await.unwrap();
+    assert!(settings.contains("/openapi.json") && !settings.contains("http"), "{settings}");
+    house.refused("/docs/nothing.js", 404).await;
+    house.refused("/docs/%FF", 422).await;
+    assert!(house.get("/").await.text().await.unwrap().contains("href=\"/docs/\""));
 }
 
 /// Every `$ref` of the document.

@@ -2,8 +2,12 @@
 
 mod answers;
 mod bad_input;
+mod components;
+mod corrections;
+mod figures;
 mod house;
 mod interface;
 mod pages;
 mod stop;
+mod stream;
 mod uploads;
