@@ -107,8 +107,7 @@ fn diagnose(model: &Model, mask: &Mask, maps: &Maps, index: usize, noise: &Noise
         LoadRatio::Mean(r) => LoadRatio::Mean(*r),
         LoadRatio::PerSample(r) => LoadRatio::PerSample(mask.bins().iter().map(|&bin| r[bin]).collect()),
     });
-    let measurement =
-        Measurement { samples: &samples, load_ratio: load_ratio.as_ref(), noise: noise.stated() };
+    let measurement = Measurement { samples: &samples, load_ratio: load_ratio.as_ref(), noise: noise.stated() };
     match model.diagnose(&measurement, mask) {
         Ok(Outcome::Diagnosed(diagnosis)) => Some(diagnosis),
         Ok(Outcome::Undiagnosable { .. }) | Err(_) => None,

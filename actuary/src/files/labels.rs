@@ -27,14 +27,17 @@ pub fn read(file: &Path, fault_names: &[String]) -> Result<Labels, Failure> {
     let margins = match (figure_margins(&table, least.as_deref())?, &least, &verdicts) {
         (Some(margins), _, _) => margins,
         (None, Some(least), _) => least.iter().map(|margin| vec![*margin]).collect(),
-        (None, None, Some(verdicts)) => verdicts.iter().map(|healthy| vec![if *healthy { 1.0 } else { -1.0 }]).collect(),
+        (None, None, Some(verdicts)) => {
+            verdicts.iter().map(|healthy| vec![if *healthy { 1.0 } else { -1.0 }]).collect()
+        }
         (None, None, None) => return Err(table.refuse("no column label, nor min_margin, nor the four figures")),
     };
     let mut samples = Vec::with_capacity(table.rows());
     for (row, margins) in margins.into_iter().enumerate() {
         let k = faults.iter().map(|column| fault(column, row)).collect::<Result<_, _>>()?;
         let sample = LabelledFaults { k, margins };
-        let contradicts = |healthy: bool| if healthy { sample.margin() < -ROUNDING } else { sample.margin() > ROUNDING };
+        let contradicts =
+            |healthy: bool| if healthy { sample.margin() < -ROUNDING } else { sample.margin() > ROUNDING };
         if verdicts.as_ref().is_some_and(|verdicts| contradicts(verdicts[row])) {
             let margin = sample.margin();
             return Err(table.column("label")?.refuse(row, format!("contradicts the least margin, {margin:.6}")));

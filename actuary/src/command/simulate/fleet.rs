@@ -1,0 +1,89 @@
+//! `actuary simulate fleet`: a fleet that uploads to a running service.
+
+use std::{fs::File, io::BufWriter, path::PathBuf};
+
+use anyhow::{Context, Result};
+use clap::{Args, ValueEnum};
+use domain::Timestamp;
+use simulator::{Client, Fleet, FleetError, FleetPlan, Physics};
+
+use crate::{clock, exit::Failure, telemetry};
+
+/// Fly a simulated fleet against a running service, as fast as it takes the uploads.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  actuary simulate fleet --url http://127.0.0.1:8080 --tails 2 --truth truth.csv")]
+pub struct Arguments {
+    /// The service.
+    #[arg(long)]
+    url: String,
+    /// Aircraft of the fleet.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=999))]
+    tails: u32,
+    /// Actuators of each.
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=4))]
+    positions: u32,
+    /// Flight hours to fly after the back-filled past.
+    #[arg(long, default_value_t = 200.0, allow_negative_numbers = true)]
+    hours: f64,
+    /// Seed of everything hidden.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// When the past ends (RFC 3339); the hours are flown before now without it.
+    #[arg(long, value_name = "TIME")]
+    start: Option<Timestamp>,
+    /// What makes the samples.
+    #[arg(long, value_enum, default_value_t = PhysicsName::Hf)]
+    physics: PhysicsName,
+    /// Where to write the hidden truth.
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum PhysicsName {
+    /// The three-phase model.
+    Hf,
+    /// The closed form of the map, for load tests.
+    ClosedForm,
+}
+
+/// Flies the fleet.
+pub fn run(arguments: Arguments) -> Result<()> {
+    telemetry::start();
+    tokio::runtime::Runtime::new()?.block_on(fly(arguments))
+}
+
+async fn fly(arguments: Arguments) -> Result<()> {
+    if !(0.0..=100_000.0).contains(&arguments.hours) {
+        return Err(Failure::BadInput(format!("--hours {}: must be 0 to 100000", arguments.hours)).into());
+    }
+    let now = clock::system()();
+    let start = arguments.start.unwrap_or(now.plus_hours(-24.0 / simulator::FH_PER_DAY * arguments.hours));
+    let plan = FleetPlan {
+        tails: arguments.tails as usize,
+        positions: arguments.positions as usize,
+        seed: arguments.seed,
+        start,
+        physics: match arguments.physics {
+            PhysicsName::Hf => Physics::HighFidelity,
+            PhysicsName::ClosedForm => Physics::ClosedForm,
+        },
+    };
+    let mut fleet = Fleet::launch(plan, Client::new(&arguments.url).map_err(failure)?).await.map_err(failure)?;
+    let flown = fleet.fly_until(arguments.hours).await.map_err(failure)?;
+    if let Some(file) = &arguments.truth {
+        let write = || simulator::write_truth(fleet.truth(), &mut BufWriter::new(File::create(file)?));
+        write().with_context(|| format!("cannot write {}", file.display()))?;
+    }
+    println!("{} uploads accepted, {} known already", flown.accepted, flown.duplicates);
+    Ok(())
+}
+
+fn failure(error: FleetError) -> anyhow::Error {
+    let text = error.to_string();
+    match error {
+        FleetError::NotReachable { .. } => Failure::NotReachable(text).into(),
+        FleetError::BadUrl { .. } | FleetError::BadPlan { .. } => Failure::BadInput(text).into(),
+        other => other.into(),
+    }
+}
