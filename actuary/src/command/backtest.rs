@@ -33,7 +33,8 @@ const SEED: u64 = 1;
 #[derive(Debug, Args)]
 #[command(after_help = "Files:
   histories    run_id,<any>,t_fh,load,temp,<fault names>; empty load or temp = not known; rows in any order
-  truth        run_id,t_failure_fh; the n-th --truth belongs to the n-th --histories
+  truth        run_id,t_failure_fh; the n-th --truth belongs to the n-th --histories; a run that it does
+               not tell of is predicted but not judged
   A column `regime` in either splits the metrics. All other columns are ignored.
 
 Example:

@@ -14,6 +14,9 @@ use prognosis::{
 use super::{histories, refuse};
 use crate::{exit::Failure, files::labels};
 
+/// Farther from the boundary, on average, no recorded failure is, flight hours.
+const FARTHEST_END_FH: f64 = 300.0;
+
 /// Boundary, prior and noise.
 pub struct Knowledge {
     /// What the faults are.
@@ -78,8 +81,15 @@ impl Knowledge {
             observations,
         };
         let lives: Vec<FinishedLife> = lives.into_iter().map(finished).collect();
-        self.prior.failure_time_error =
-            fit_failure_time_error(&lives, &self.faults, &self.prior, &self.surrogate, seed);
+        let error = fit_failure_time_error(&lives, &self.faults, &self.prior, &self.surrogate, seed);
+        if let Some(error) = error.filter(|error| error.offset_fh.abs() > FARTHEST_END_FH) {
+            let reason = format!(
+                "its lives end {:.0} h from where the surrogate ends them, on average; each has to end with its failure",
+                error.offset_fh
+            );
+            return Err(refused(&reason).into());
+        }
+        self.prior.failure_time_error = error;
         Ok(())
     }
 }

@@ -57,7 +57,7 @@ fn table(metrics: &Metrics) -> String {
     }
     format!(
         concat!(
-            "<h2>Summary</h2><div class=\"scroll\"><table><thead><tr><th>estimator</th><th>runs</th><th></th>",
+            "<h2>Summary</h2><div class=\"scroll\"><table><thead><tr><th>estimator</th><th>group</th><th>runs</th>",
             "<th>predictions</th><th>CRPS<br>h</th><th>80 %<br>intervals</th><th>95 %<br>intervals</th>",
             "<th>80 %, last<br>1000 h</th><th>error at<br>3000 h</th><th>error at<br>1500 h</th>",
             "<th>error at<br>500 h</th><th>horizon<br>h</th></tr></thead><tbody>{}</tbody></table></div>"

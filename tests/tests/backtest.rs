@@ -1,0 +1,282 @@
+//! Estimators on recorded lives, as a user runs them.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use serde_json::Value;
+
+const HEADER: &str = "estimator,run_id,t_fh,mean,censored_fraction,q025,q05,q10,q15,q20,q25,q30,q35,q40,q45,q50,q55,\
+    q60,q65,q70,q75,q80,q85,q90,q95,q975";
+
+fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn fixture(name: &str) -> String {
+    workspace().join("tests/data").join(name).display().to_string()
+}
+
+fn histories() -> String {
+    fs::read_to_string(fixture("rul/histories.csv")).unwrap()
+}
+
+/// A folder for the files of one test.
+struct Bench(tempfile::TempDir);
+
+impl Bench {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.path().join(name).display().to_string()
+    }
+
+    /// Writes a file and returns its path.
+    fn file(&self, name: &str, content: &str) -> String {
+        fs::write(self.0.path().join(name), content).unwrap();
+        self.path(name)
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.0.path().join(name)).unwrap()
+    }
+
+    /// A backtest with few draws into the folder `out`.
+    fn command(&self, out: &str, arguments: &[&str]) -> Command {
+        let model = workspace().join("models/default.json").display().to_string();
+        let mut command = Command::new(tests::binary());
+        command.args(["backtest", "--draws", "40", "--every", "400", "--out", &self.path(out)]);
+        command.args(arguments);
+        if !arguments.contains(&"--model") {
+            command.args(["--model", &model]);
+        }
+        command
+    }
+
+    fn run(&self, out: &str, arguments: &[&str]) {
+        let output = self.command(out, arguments).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+
+    /// What a refused backtest says in its one line; nothing is written.
+    fn refused(&self, arguments: &[&str]) -> String {
+        let output = self.command("refused", arguments).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert_eq!(stderr.trim_end().lines().count(), 1, "{stderr}");
+        assert!(!self.0.path().join("refused").exists(), "nothing half-written");
+        stderr
+    }
+}
+
+/// Lines of a predictions file by estimator, run and time.
+fn rows(predictions: &str) -> BTreeMap<[String; 3], Vec<String>> {
+    let mut lines = predictions.lines();
+    assert_eq!(lines.next(), Some(HEADER));
+    let row = |line: &str| {
+        let fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        ([0, 1, 2].map(|i| fields[i].clone()), fields)
+    };
+    lines.map(row).collect()
+}
+
+#[test]
+fn the_default_and_the_thesis_are_judged_side_by_side() {
+    let bench = Bench::new();
+    bench.run("out", &["--histories", &fixture("rul/histories.csv"), "--truth", &fixture("rul/truth.csv")]);
+    let rows = rows(&bench.read("out/predictions.csv"));
+    for run in ["5", "28", "51", "53"] {
+        for t_fh in ["400", "1200", "2000"] {
+            let of = |estimator: &str| &rows[&[estimator.to_owned(), run.to_owned(), t_fh.to_owned()]];
+            let quantiles: Vec<f64> = of("rbg")[5..].iter().filter_map(|field| field.parse().ok()).collect();
+            assert!(quantiles.len() == 21 && quantiles.is_sorted(), "{:?}", of("rbg"));
+            assert_eq!(of("thesis")[4], "1");
+            assert!(of("thesis")[5..].iter().all(String::is_empty), "censored quantiles are empty");
+        }
+    }
+    let metrics: Value = serde_json::from_str(&bench.read("out/metrics.json")).unwrap();
+    assert_eq!(metrics["runs"]["judged"], 4);
+    let crps = |estimator: &str, group: &str| metrics["estimators"][estimator][group]["crps_fh"].as_f64().unwrap();
+    assert!(crps("rbg", "all") < 400.0 && crps("thesis", "all") > 4000.0, "{metrics}");
+    for regime in ["constant", "varying"] {
+        let board = &metrics["estimators"]["rbg"]["regimes"][regime];
+        assert_eq!(board["runs"], 2);
+        assert!(board["coverage"]["level_80"].as_f64().is_some(), "{board}");
+    }
+    let report = bench.read("out/report.html");
+    assert!(report.matches("<svg").count() >= 4 + 3 && report.contains("run 28"), "a chart for every run and group");
+    for outside in ["http", "<script", "<link", "url(\"", "NaN", "inf"] {
+        assert!(!report.contains(outside), "{outside} in a page that needs nothing else");
+    }
+}
+
+#[test]
+fn a_prediction_knows_nothing_of_later_observations() {
+    let bench = Bench::new();
+    let early: Vec<&str> = histories()
+        .lines()
+        .filter(|line| line.split(',').nth(2).and_then(|t_fh| t_fh.parse().ok()).is_none_or(|t_fh: f64| t_fh <= 1300.0))
+        .map(|line| &*line.to_owned().leak())
+        .collect();
+    let early = bench.file("early.csv", &early.join("\n"));
+    bench.run("whole", &["--histories", &fixture("rul/histories.csv"), "--truth", &fixture("rul/truth.csv")]);
+    bench.run("early", &["--histories", &early]);
+    let (whole, early) = (rows(&bench.read("whole/predictions.csv")), rows(&bench.read("early/predictions.csv")));
+    assert_eq!(early.len(), 2 * 4 * 3);
+    for (key, row) in &early {
+        assert_eq!(row, &whole[key]);
+    }
+    assert!(!Path::new(&bench.path("early/metrics.json")).exists(), "nothing to judge without truth");
+}
+
+#[test]
+fn results_depend_neither_on_the_order_of_rows_nor_on_repeats_nor_on_threads() {
+    let bench = Bench::new();
+    let text = histories();
+    let mut lines: Vec<&str> = text.lines().collect();
+    let header = lines.remove(0);
+    // Runs keep their order, which is that of their first rows.
+    lines
+        .sort_by_key(|line| line.split(',').next().map(|id| ["5", "28", "51", "53"].iter().position(|run| *run == id)));
+    let ordered = bench.file("histories.csv", &[&[header], &lines[..]].concat().join("\n"));
+    bench.run("ordered", &["--histories", &ordered]);
+    let shuffled: Vec<&str> = (0..lines.len()).map(|i| lines[i * 1013 % lines.len()]).collect();
+    let mut firsts: Vec<&str> = ["5,", "28,", "51,", "53,"]
+        .iter()
+        .filter_map(|id| lines.iter().find(|line| line.starts_with(id)))
+        .copied()
+        .collect();
+    firsts.insert(0, header);
+    let shuffled = bench.file("histories.csv", &[firsts, shuffled].concat().join("\n"));
+    for threads in ["1", "3"] {
+        let mut command = bench.command(threads, &["--histories", &shuffled]);
+        assert!(command.env("RAYON_NUM_THREADS", threads).status().unwrap().success());
+        assert_eq!(bench.read(&format!("{threads}/predictions.csv")), bench.read("ordered/predictions.csv"));
+    }
+}
+
+#[test]
+fn surrogate_prior_and_noise_are_learned_from_files() {
+    let bench = Bench::new();
+    let lives = fixture("rul/histories.csv");
+    let copy = bench.file("copy.csv", &histories());
+    let truth = fixture("rul/truth.csv");
+    let labels = fs::read_to_string(fixture("assess/surrogate_train.csv")).unwrap();
+    let verdict = |line: &str| {
+        let fields: Vec<&str> = line.split(',').collect();
+        let met = |(figure, required): (&&str, f64)| figure.parse::<f64>().unwrap() >= required;
+        let healthy = fields[5..9].iter().zip([1.145, 660.0, 12.0, 57.0]).all(met);
+        format!("{},{}\n", fields[..5].join(","), if healthy { "healthy" } else { "faulty" })
+    };
+    let verdicts: String = labels.lines().skip(1).map(verdict).collect();
+    let verdicts = format!("k1,k2,k3,k4,k5,label\n{verdicts}");
+    let verdicts = bench.file("verdicts.csv", &verdicts);
+    for labels in [fixture("assess/surrogate_train.csv"), verdicts] {
+        let files = ["--histories", &lives, &copy, "--truth", &truth, &truth, "--labels", &labels, "--prior", &lives];
+        bench.run("out", &[&files[..], &["--estimator", "default"]].concat());
+        let metrics: Value = serde_json::from_str(&bench.read("out/metrics.json")).unwrap();
+        let sigma = &metrics["settings"]["observation_sigma"];
+        assert!((sigma["k2"].as_f64().unwrap() / 0.0075 - 1.0).abs() < 0.1, "{sigma}");
+        assert!((sigma["k4"].as_f64().unwrap() / 0.02 - 1.0).abs() < 0.1, "{sigma}");
+        assert!(metrics["estimators"]["rbg"]["all"]["crps_fh"].as_f64().unwrap() < 400.0);
+        assert!(metrics["estimators"]["thesis"].is_null());
+        let rows = rows(&bench.read("out/predictions.csv"));
+        for run in ["histories/28", "copy/28"] {
+            assert!(rows.contains_key(&["rbg", run, "800"].map(str::to_owned)), "{run}");
+        }
+    }
+}
+
+#[test]
+fn bad_files_are_refused_in_one_line() {
+    let bench = Bench::new();
+    let good = fixture("rul/histories.csv");
+    let header = "run_id,regime,t_fh,load,temp,k1,k2,k3,k4,k5\n";
+    let rows = |rows: &str| bench.file("bad.csv", &format!("{header}0,c,0,1,0,0,0,0,.5,.5\n{rows}"));
+    let says = |line: String, words: &str| assert!(line.contains(words), "{line} should say {words}");
+    for (row, words) in [
+        ("0,c,2,1,0,0,NaN,0,.5,.5", "bad.csv, row 3, column k2: NaN is not finite"),
+        ("0,c,2,1,0,0,0,0,1.5,.5", "bad.csv, row 3, column k4: 1.5 is outside 0 to 1"),
+        ("0,c,-2,1,0,0,0,0,.5,.5", "bad.csv, row 3, column t_fh: -2 is outside"),
+        ("0,c,2,1,0,0,,0,.5,.5", "bad.csv, row 3, column k2: empty"),
+        ("0,c,2,1,warm,0,0,0,.5,.5", "bad.csv, row 3, column temp: \"warm\" is not a number"),
+        (",c,2,1,0,0,0,0,.5,.5", "bad.csv, row 3, column run_id: empty"),
+        ("0,c,2,1,0,0,0,0,.5", "bad.csv, row 3"),
+    ] {
+        says(bench.refused(&["--histories", &rows(row)]), words);
+    }
+    let short = bench.file("short.csv", "run_id,t_fh,k1\n0,0,0\n");
+    says(bench.refused(&["--histories", &short]), "short.csv: column k2 is missing");
+    says(bench.refused(&["--histories", "none.csv"]), "none.csv");
+    says(bench.refused(&["--histories", &good, &good]), "called histories");
+    says(bench.refused(&["--histories", &good, "--truth", &good, &good]), "--truth names 2 files");
+    let truth = |rows: &str| bench.file("truth.csv", &format!("run_id,t_failure_fh\n{rows}"));
+    says(bench.refused(&["--histories", &good, "--truth", &truth("7,100")]), "truth.csv: tells of no run");
+    says(bench.refused(&["--histories", &good, "--truth", &truth("5,100\n5,200")]), "run 5 is there twice");
+    says(bench.refused(&["--histories", &good, "--truth", &truth("5,inf")]), "truth.csv, row 2, column t_failure_fh");
+    says(bench.refused(&["--histories", &good, "--labels", &truth("5,100")]), "truth.csv: column k1 is missing");
+    let healthy = bench.file("labels.csv", "k1,k2,k3,k4,k5,label\n0,0,0,.5,.5,healthy\n");
+    says(bench.refused(&["--histories", &good, "--labels", &healthy]), "labels.csv: 1 healthy and 0 faulty");
+    says(bench.refused(&["--histories", &good, "--prior", &rows("")]), "bad.csv: noise of k1");
+    says(bench.refused(&["--histories", &good, "--model", &good]), "histories.csv: not a model bundle");
+    says(bench.refused(&["--histories", &good, "--every", "0"]), "--every");
+    says(bench.refused(&["--histories", &good, "--estimator", "guess"]), "--estimator");
+}
+
+#[test]
+fn a_life_of_one_observation_and_one_with_gaps_are_predicted_or_passed_over() {
+    let bench = Bench::new();
+    let one = "run_id,any,t_fh,load,temp,k1,k2,k3,k4,k5\na,x,0,1,0,0,0,0,.5,.5\n";
+    let gaps = "b,x,10,,,0,0,0,.5,.5\nb,x,10,,,.01,0,0,.5,.5\nb,x,1990,,,.03,0,0,.5,.5\n";
+    let sparse = bench.file("sparse.csv", &format!("{one}{gaps}"));
+    let truth = bench.file("truth.csv", "run_id,t_failure_fh\na,3000\nb,3000\nother,1\n");
+    bench.run("out", &["--histories", &sparse, "--truth", &truth]);
+    let rows = rows(&bench.read("out/predictions.csv"));
+    let times: Vec<&str> = rows.keys().filter(|key| key[0] == "rbg").map(|key| key[2].as_str()).collect();
+    assert_eq!(times, ["1200", "1600", "400", "800"], "of run b, within its history");
+}
+
+/// The 100 benchmark lives; an independent prototype of the thesis's estimator scores 6400 h.
+#[test]
+fn slow_the_public_lives_are_predicted_as_well_as_in_the_benchmark() {
+    let beside = workspace().join("../shared/data");
+    let folder = std::env::var_os("ACTUARY_DATA").map_or(beside, PathBuf::from).join("rul");
+    if !folder.is_dir() {
+        println!("skipped: no data");
+        return;
+    }
+    let file = |name: &str| folder.join(name).display().to_string();
+    let bench = Bench::new();
+    let (public, rest) = (file("histories_public.csv"), file("histories_bench_rest.csv"));
+    let truth = [file("truth_public_failure.csv"), file("truth_bench_rest_failure.csv")];
+    let labels = [file("assess_train.csv"), file("assess_train_boundary1500.csv")];
+    let prior = file("histories_prior.csv");
+    let files = ["--histories", &public, &rest, "--truth", &truth[0], &truth[1], "--prior", &prior, "--labels"];
+    bench.run("out", &[&files[..], &[&labels[0], &labels[1]]].concat());
+    let metrics: Value = serde_json::from_str(&bench.read("out/metrics.json")).unwrap();
+    let figure = |estimator: &str, regime: &str, path: &str| {
+        metrics["estimators"][estimator]["regimes"][regime].pointer(path).and_then(Value::as_f64).unwrap()
+    };
+    assert!(figure("rbg", "constant", "/crps_fh") <= 168.0 && figure("rbg", "varying", "/crps_fh") <= 261.0);
+    assert!((0.77..=0.90).contains(&figure("rbg", "constant", "/coverage/level_80")));
+    for regime in ["constant", "varying"] {
+        assert!((6200.0..6700.0).contains(&figure("thesis", regime, "/crps_fh")));
+        assert!(figure("thesis", regime, "/coverage/level_95") < 0.01);
+    }
+
+    // Lives that are cut long before their end cannot teach where life ends.
+    let cut: Vec<String> = fs::read_to_string(&prior)
+        .unwrap()
+        .lines()
+        .filter(|line| line.split(',').nth(2).and_then(|t_fh| t_fh.parse().ok()).is_none_or(|t_fh: f64| t_fh < 1500.0))
+        .map(str::to_owned)
+        .collect();
+    let cut = bench.file("cut.csv", &cut.join("\n"));
+    let line = bench.refused(&["--histories", &public, "--prior", &cut]);
+    assert!(line.contains("cut.csv") && line.contains("has to end with its failure"), "{line}");
+}
