@@ -1,4 +1,4 @@
-//! One diagnosis: samples of 30 points, load ratio per sample, to a fault vector with sigmas.
+//! One diagnosis, samples of 30 points and load ratio per sample to a fault vector with sigmas, and its network.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -21,6 +21,9 @@ fn diagnose(criterion: &mut Criterion) {
     let load_ratio = LoadRatio::PerSample(mask.bins().iter().map(|bin| Some(maps[0].r[*bin])).collect());
     let measurement = Measurement { samples: &samples, load_ratio: Some(&load_ratio), noise: Some(0.01) };
     criterion.bench_function("diagnose", |b| b.iter(|| diagnoser.diagnose(&gappy, black_box(&measurement))));
+    let coefficients = diagnoser.basis.project(&maps[0].load_invariant());
+    criterion.bench_function("mlp", |b| b.iter(|| diagnoser.mlp.evaluate(black_box(&coefficients))));
+    criterion.bench_function("mlp with jacobian", |b| b.iter(|| diagnoser.mlp.linearise(black_box(&coefficients))));
 }
 
 criterion_group!(benches, diagnose);

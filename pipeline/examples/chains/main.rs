@@ -130,7 +130,7 @@ fn row(
     })
 }
 
-/// Gauss-Newton at the default mask's kind of points: nothing is trained, so any mask serves; the uniform one does.
+/// The Gauss-Newton fit at the uniform mask: it learns nothing, so no mask suits it better.
 fn closed_form(sets: &[(&str, Vec<TrainingMap>)]) -> Anything<Row> {
     let mask = reduction::MaskDesign::default().uniform(sets[0].1[0].y.len())?;
     let samples = |map: &TrainingMap, noise: f64, stream: &mut Stream| -> Vec<gauss_newton::Sample> {
