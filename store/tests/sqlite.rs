@@ -6,6 +6,7 @@ use std::{fs, path::Path};
 
 use domain::SetAsideReason;
 use fixture::{Database, bundle, component, configuration, day, drain, later_upload, operator, tail, upload};
+use metrics_exporter_prometheus::PrometheusBuilder;
 use sqlx::{Connection, Executor, SqliteConnection, migrate::Migrator, sqlite::SqliteConnectOptions};
 use store::{Options, Receipt, Retrial, Store, StoreError, UploadState};
 use tokio::task::JoinSet;
@@ -132,6 +133,25 @@ async fn one_bad_upload_of_a_batch_fails_alone() {
         }
     }
     assert_eq!(store.pending().await.unwrap(), 37);
+}
+
+#[tokio::test]
+async fn every_commit_is_measured() {
+    let recorder = PrometheusBuilder::new().build_recorder();
+    let figures = recorder.handle();
+    let _recording = metrics::set_default_local_recorder(&recorder);
+    let database = Database::new();
+    let store = database.ready().await;
+    let commits = || {
+        let text = figures.render();
+        let line = text.lines().find(|line| line.starts_with("commit_seconds_count")).unwrap();
+        line.rsplit(' ').next().unwrap().parse::<u64>().unwrap()
+    };
+    let before = commits();
+    for id in ["u1", "u2", "u3"] {
+        store.accept(&operator(), upload(id, "0001"), day(0.0)).await.unwrap();
+    }
+    assert_eq!(commits(), before + 3);
 }
 
 /// A database with a processed life, closed.
