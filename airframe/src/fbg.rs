@@ -3,9 +3,9 @@
 //! A grating reflects at lambda = lambda_0 (1 + C_eps eps + C_T dT), with dT the temperature rise
 //! above that of lambda_0 and eps the mechanical strain of what it is bonded to. Bonded to a
 //! substrate it is stretched by the substrate's expansion too, so its C_T differs from a free
-//! grating's. Source: Berri 2021, section 4.3, with eq. 4.21 corrected: the printed coefficient of
-//! the bonded fibre, alpha_m + zeta_f, counts the photoelastic loss of the thermal strain as if it
-//! were none and overcompensates by 63 microstrain per 10 K.
+//! grating's. Source: Berri 2021, section 4.2.1 (eq. 4.17, 4.19, 4.23), with eq. 4.21 corrected: the
+//! printed coefficient of the bonded fibre, alpha_m + zeta_f, leaves out that strain by the substrate
+//! acts through C_eps too, and overcompensates by 63 microstrain per 10 K.
 //!
 //! | 1 pm at 1550 nm is | |
 //! |---|---|
@@ -13,13 +13,13 @@
 //! | temperature, free | 0.097 K |
 //! | temperature, bonded on aluminium | 0.027 K |
 
-/// Effective photoelastic coefficient p_e of silica fibre, dimensionless (Berri 2021, section 4.3).
+/// Effective photoelastic coefficient p_e of silica fibre, dimensionless: usual value, for Berri 2021, eq. 4.18.
 pub const PHOTOELASTIC_COEFFICIENT: f64 = 0.22;
-/// Thermal expansion alpha_f of silica fibre, 1/K (Berri 2021, section 4.3).
+/// Thermal expansion alpha_f of silica fibre, 1/K: usual value, for Berri 2021, eq. 4.17.
 pub const FIBRE_EXPANSION_PER_K: f64 = 0.55e-6;
-/// Thermo-optic coefficient zeta_f of silica fibre, 1/K (Berri 2021, section 4.3).
+/// Thermo-optic coefficient zeta_f of silica fibre, 1/K: usual value, for Berri 2021, eq. 4.17.
 pub const THERMO_OPTIC_PER_K: f64 = 6.1e-6;
-/// Thermal expansion alpha_m of aluminium, 1/K (Berri 2021, section 4.3).
+/// Thermal expansion alpha_m of aluminium, 1/K: usual value, for Berri 2021, eq. 4.21.
 pub const ALUMINIUM_EXPANSION_PER_K: f64 = 23e-6;
 /// Condition number, columns scaled to unit norm, above which two gratings do not tell strain from
 /// temperature: their noise would exceed that of a grating with an isolated one several times.

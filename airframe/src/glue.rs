@@ -2,8 +2,9 @@
 //! it is watched afterwards.
 //!
 //! A grating is bonded under pretension, and its joint creeps: eps(t) = -eps_pre d (1 - exp(-t/tau)),
-//! with d about 0.018 for epoxy, 0.028 for cyanoacrylate, and tau about 1.9 days (Berri 2021,
-//! section 4.3.4). Humidity moves a joint too, but its effect is variance, not a correction.
+//! with d about 0.018 for epoxy and 0.028 for cyanoacrylate (Berri 2021, section 4.2.6, where epoxy is
+//! still after about a week: tau about 1.9 days). Humidity moves a joint too, but its effect is
+//! variance, not a correction.
 
 use domain::{Timestamp, time::DAY_US};
 

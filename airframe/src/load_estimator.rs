@@ -5,9 +5,10 @@
 //!
 //! Update rule: eps = A z + noise, z ~ (mu, P), noise ~ (0, R);
 //! v = eps - A mu, S = A P A' + R, w_i = (S^-1 v)_i / sqrt((S^-1)_ii).
-//! The grating of the largest abs(w) > 4 is left out and S inverted anew, until no more than two are
-//! gone. z = mu + P A' S^-1 v with covariance P - P A' S^-1 A P, and M_h = C z. A third bad grating or
-//! v' S^-1 v above the 99.9 % quantile of chi-square: the air data alone answer, z = mu with P.
+//! Gratings without a usable peak are left out, then that of the largest abs(w) > 4 and S is inverted
+//! anew, as long as no more than two are gone. z = mu + P A' S^-1 v with covariance P - P A' S^-1 A P,
+//! and M_h = C z. With more than two unusable ones, or v' S^-1 v of the rest above the 99.9 % quantile
+//! of chi-square, the air data alone answer: z = mu with P.
 //!
 //! Requires: a checked sensor configuration. z itself is no flight condition to publish: the strain
 //! tells five products at best, and with axial gratings fewer.
@@ -15,7 +16,7 @@
 //! Online: plain loops over fixed arrays, the same bits on any machine; no input makes it panic, and
 //! it answers with finite numbers or not at all.
 //!
-//! Source: Berri 2021, sections 4.2 and 4.3, with z in place of the flight condition (eq. 4.13,
+//! Source: Berri 2021, section 4.1.3, with z in place of the flight condition (eq. 4.12 and 4.13,
 //! corrected); studentised innovations as in Rousseeuw and Leroy 1987, chapter 6.
 
 mod cholesky;
