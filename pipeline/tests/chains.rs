@@ -1,6 +1,8 @@
 //! Chains and datasets: what a bundle is when its links or its maps are somebody else's choice.
 
-use diagnosis::{MapKind, Measurement};
+use std::path::{Path, PathBuf};
+
+use diagnosis::{Diagnoser, LoadInput, MapKind, Measurement, TrainingMap, ValidationSettings, validate};
 use domain::{Diagnosis, FaultVector, LoadRatio, Mask, Outcome, Stream};
 use ema::{closed_form, faults::ElectricalFaults, motor::Motor};
 use pipeline::{
@@ -178,6 +180,58 @@ fn slow_labels_decide_the_boundary_and_verdicts_alone_make_a_classifier() {
         assert_eq!((figures.samples, figures.figure_regression.is_none()), (120, classifier));
         let quality = figures.figure_regression.unwrap_or(figures.svm);
         assert!(quality.accuracy > 0.95, "{quality:?}");
+    }
+}
+
+/// A dataset folder of the large sets, or nothing with a word on standard output.
+fn folder(name: &str) -> Option<Dataset> {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    let folder = std::env::var_os("ACTUARY_DATA").map_or(shared, PathBuf::from).join("ema").join(name);
+    if !folder.is_dir() {
+        println!("skipped: no data");
+        return None;
+    }
+    let table = |file: &str, header: usize| -> Option<Vec<Vec<f64>>> {
+        let text = std::fs::read_to_string(folder.join(file)).ok()?;
+        let row = |line: &str| line.split(',').map(|x| x.parse().unwrap()).collect();
+        Some(text.lines().skip(header).map(row).collect())
+    };
+    Some(Dataset {
+        angles_rad: table("theta.csv", 1)?.concat(),
+        faults: table("K.csv", 1)?.into_iter().map(FaultVector).collect(),
+        maps: table("Y.csv", 0)?,
+        load_ratios: table("R.csv", 0),
+        mean_load_ratios: table("r.csv", 1).map(|means| means.concat()),
+        ..dataset(0)
+    })
+}
+
+#[test]
+fn slow_a_bundle_of_single_phase_maps_diagnoses_three_phase_maps_under_random_command_and_load() {
+    let (Some(maps), Some(unseen)) = (folder("train_pair"), folder("val_hf_op")) else { return };
+    let bundle = train(&settings(ChainSettings::default()), Some(&maps), &Silent).unwrap();
+    let (k_nom, mean) = (bundle.motor.back_emf_v_s_rad, unseen.mean_load_ratios.as_ref().unwrap());
+    let map = |(index, (y, r)): (usize, (&Vec<f64>, &Vec<f64>))| TrainingMap {
+        y: y.iter().map(|y| y / k_nom).collect(),
+        r: r.clone(),
+        mean_r: mean[index],
+        faults: unseen.faults[index].clone(),
+    };
+    let ratios = unseen.load_ratios.as_ref().unwrap();
+    let unseen: Vec<TrainingMap> = unseen.maps.iter().zip(ratios).enumerate().map(map).collect();
+    for mask in &bundle.masks {
+        let judge = |diagnoser: &Diagnoser, load| {
+            let settings = ValidationSettings { load, noise: 0.01, repeats: 10 };
+            let found = validate(diagnoser, mask, &unseen, &settings, &Stream::new(1, &["judge"])).unwrap();
+            println!("{load:?}: {found:?}");
+            found
+        };
+        let found = judge(&bundle.with_load_ratio, LoadInput::PerSample);
+        assert!(found.median <= 0.0040 && found.mean <= 0.0045 && found.p95 <= 0.0080, "{found:?}");
+        let coverage = found.coverage_90.iter().sum::<f64>() / 5.0;
+        assert!((0.87..=0.93).contains(&coverage) && found.implausible < 0.03, "{found:?}");
+        let found = judge(&bundle.without_load_ratio, LoadInput::None);
+        assert!(found.median <= 0.0060 && found.mean <= 0.0090 && found.p95 <= 0.025, "{found:?}");
     }
 }
 
