@@ -38,9 +38,29 @@ fn an_absent_service_exits_with_3() {
 
 #[test]
 fn every_command_has_an_example() {
-    for command in [&["demo"][..], &["serve"], &["train"], &["simulate", "fleet"], &["simulate", "history"]] {
-        let output = tests::run(&[command, &["--help"]].concat());
-        let help = String::from_utf8(output.stdout).unwrap();
-        assert!(output.status.success() && help.contains("Example:"), "{command:?}: {help}");
+    let mut open = vec![Vec::new()];
+    let mut commands = 0;
+    while let Some(command) = open.pop() {
+        let help = help(&command);
+        let within: Vec<_> = subcommands(&help).collect();
+        assert!(!within.is_empty() || help.contains("Example"), "{command:?}: {help}");
+        commands += usize::from(within.is_empty());
+        open.extend(within.into_iter().map(|name| [&command[..], &[name]].concat()));
     }
+    assert!(commands >= 8, "only {commands} commands were found");
+}
+
+fn help(command: &[String]) -> String {
+    let arguments: Vec<_> = command.iter().map(String::as_str).chain(["--help"]).collect();
+    let output = tests::run(&arguments);
+    assert!(output.status.success(), "{command:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Names below the heading `Commands:`.
+fn subcommands(help: &str) -> impl Iterator<Item = String> {
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let name =
+        |line: &str| line.strip_prefix("  ")?.split(' ').next().filter(|name| !name.is_empty()).map(str::to_owned);
+    listed.filter_map(name).filter(|name| name != "help").collect::<Vec<_>>().into_iter()
 }

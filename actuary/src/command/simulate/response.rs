@@ -31,7 +31,9 @@ const MOST_POINTS: f64 = 1e6;
 ///
 /// Prints figures of each response; writes the responses as a table and as a chart where asked to.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   actuary simulate response --friction 1,2,3 --svg step.svg --csv step.csv
   actuary simulate response --command ramp --rate-rad-s 1e-4 --friction 1,2,4 --svg stick-slip.svg
   actuary simulate response --friction 1,2,4 --duration-s 4 --svg limit-cycle.svg
@@ -40,22 +42,23 @@ const MOST_POINTS: f64 = 1e6;
   actuary simulate response --model lf1 --short-a 0,0.2,0.4 --eccentricity 0.2 --csv short.csv
 
 Columns of the table: curve, time_s, command_rad, output_rad, motor_rad, speed_rad_s (motor), current_a
-(mean of the active pair since the row before).")]
+(mean of the active pair since the row before)."
+)]
 pub struct Arguments {
     /// What the actuator is asked to do.
     #[arg(long, value_enum, default_value_t = CommandName::Step)]
     command: CommandName,
     /// Height of the step or amplitude of the sine, rad at the output [default: 0.1].
-    #[arg(long, allow_negative_numbers = true, value_parser = cases::finite)]
+    #[arg(long, value_parser = cases::finite)]
     amplitude_rad: Option<f64>,
     /// Slope of the ramp, rad/s at the output [default: 0.01].
-    #[arg(long, allow_negative_numbers = true, value_parser = cases::finite)]
+    #[arg(long, value_parser = cases::finite)]
     rate_rad_s: Option<f64>,
     /// Frequency of the sine, Hz [default: 0.5].
     #[arg(long, value_parser = cases::positive)]
     frequency_hz: Option<f64>,
     /// Constant load against positive motion, N m at the motor shaft.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = cases::finite)]
+    #[arg(long, default_value_t = 0.0, value_parser = cases::finite)]
     load_nm: f64,
     /// Simulated time, s; without it 0.5 for a step, 4 for a ramp, three periods of a sine.
     #[arg(long, value_parser = cases::positive)]

@@ -34,7 +34,7 @@ pub struct FaultArguments {
     #[arg(long, value_name = "FRACTION", value_delimiter = ',', default_value = "0", value_parser = not_negative)]
     eccentricity: Vec<f64>,
     /// Direction of the smallest gap, electrical degrees.
-    #[arg(long, value_name = "DEG", value_delimiter = ',', default_value = "0", allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_value = "0", value_parser = finite)]
     eccentricity_phase_deg: Vec<f64>,
 }
 
