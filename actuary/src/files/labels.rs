@@ -86,3 +86,52 @@ fn figure_margins(table: &Table, least: Option<&[f64]>) -> Result<Option<Vec<Vec
     }
     Ok(Some(margins))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn read_text(text: &str) -> Result<Labels, Failure> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("labels.csv");
+        fs::write(&file, text).unwrap();
+        read(&file, &["k1".to_owned(), "k2".to_owned()])
+    }
+
+    fn margins(text: &str) -> Vec<f64> {
+        match read_text(text).unwrap() {
+            Labels::Margins(samples) => samples[0].margins.clone(),
+            Labels::Verdicts(_) => panic!("verdicts"),
+        }
+    }
+
+    #[test]
+    fn what_says_most_counts() {
+        let figures =
+            margins("k1,k2,noload_rad_s,stall_Nm,gm_dB,pm_deg,min_margin,label\n.1,0,1.1678,660,,57,0,healthy\n");
+        let expected = [1.1678 / 1.145 - 1.0, 0.0, 1.0, 0.0];
+        assert!(figures.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{figures:?}");
+        // Other requirements than the default ones explain this margin.
+        let foreign = "k1,k2,noload_rad_s,stall_Nm,gm_dB,pm_deg,min_margin,label\n.1,0,1.2,700,20,60,-0.2,faulty\n";
+        assert_eq!(margins(foreign), [-0.2]);
+        assert_eq!(margins("k2,k1,min_margin\n.1,0,0.05\n"), [0.05]);
+        let Labels::Verdicts(samples) = read_text("k1,k2,label\n.1,0,healthy\n.9,1,faulty\n").unwrap() else {
+            panic!("margins");
+        };
+        assert_eq!((samples[0].margin(), samples[1].margin(), &samples[1].k), (1.0, -1.0, &vec![0.9, 1.0]));
+    }
+
+    #[test]
+    fn a_contradiction_is_refused() {
+        let said = |text: &str| read_text(text).unwrap_err().to_string();
+        let contradiction = said("k1,k2,min_margin,label\n0,0,0.1,healthy\n0,0,-0.1,healthy\n");
+        assert!(
+            contradiction.ends_with("row 3, column label: contradicts the least margin, -0.100000"),
+            "{contradiction}"
+        );
+        assert!(said("k1,k2\n0,0\n").ends_with("no column label, nor min_margin, nor the four figures"));
+        assert!(said("k1,k2,label\n0,2,healthy\n").ends_with("row 2, column k2: 2 is outside 0 to 1"));
+    }
+}
