@@ -1,8 +1,8 @@
 //! Estimates and outlooks with the bundle that ships: pure functions of a set, the same bits always.
 
 use domain::{
-    Component, Diagnosis, Estimate, FaultVector, Life, LoadRatio, Mask, NUMERICS_VERSION, Outcome, State, Stream,
-    Timestamp, Upload,
+    Component, ContentHash, Diagnosis, Estimate, FaultVector, Life, LoadRatio, Mask, NUMERICS_VERSION, Outcome, State,
+    Stream, Timestamp, Upload,
 };
 use ema::{closed_form, faults::ElectricalFaults};
 use pipeline::{LifeContext, Model, Outlook};
@@ -27,10 +27,15 @@ fn outlook(model: &Model, estimates: &[Estimate], known: &[State]) -> Outlook {
 
 /// Estimates every four hours of a short that grows exponentially.
 fn estimates(model: &Model, count: u32) -> Vec<Estimate> {
+    growing(model, 0.02, count)
+}
+
+/// The same from another beginning: the shorter the rest of the life, the quicker its draws.
+fn growing(model: &Model, from: f64, count: u32) -> Vec<Estimate> {
     let mut stream = Stream::new(4, &["estimates"]);
     let mut estimate = |i: u32| {
         let flight_hours = 4.0 * f64::from(i + 1);
-        let k1 = 0.02 * (flight_hours / 1000.0).exp() + 0.004 * stream.normal();
+        let k1 = from * (flight_hours / 1000.0).exp() + 0.004 * stream.normal();
         Estimate {
             upload_id: format!("u{i:05}").parse().unwrap(),
             flight_hours,
@@ -165,6 +170,28 @@ fn known_states_are_kept_and_those_behind_a_late_upload_replaced() {
     assert_eq!(stored, whole.states);
 }
 
+/// What is stored of a life after its estimates have arrived in this order, looked at now and then. An
+/// estimate that is there already arrives in vain.
+fn arrive(model: &Model, all: &[Estimate], order: &[usize], batch: usize) -> Outlook {
+    let (mut arrived, mut stored): (Vec<Estimate>, Vec<State>) = (Vec::new(), Vec::new());
+    let mut last = outlook(model, &[], &[]);
+    for indices in order.chunks(batch) {
+        let news = indices.iter().map(|&i| &all[i]);
+        for new in news {
+            if arrived.iter().all(|old| old.upload_id != new.upload_id) {
+                arrived.push(new.clone());
+            }
+        }
+        arrived.sort_by(Estimate::life_order);
+        last = outlook(model, &arrived, &stored);
+        if let Some(from) = last.states_from {
+            stored.retain(|state| state.block < from);
+            stored.append(&mut last.states);
+        }
+    }
+    Outlook { states_from: Some(0), states: stored, ..last }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -177,19 +204,31 @@ proptest! {
         let model = model();
         let all = estimates(&model, 30);
         let whole = outlook(&model, &all, &[]);
-        let (mut arrived, mut stored): (Vec<Estimate>, Vec<State>) = (Vec::new(), Vec::new());
-        let mut last = None;
-        for indices in order.chunks(batch) {
-            arrived.extend(indices.iter().map(|&i| all[i].clone()));
-            arrived.sort_by(Estimate::life_order);
-            let outlook = outlook(&model, &arrived, &stored);
-            if let Some(from) = outlook.states_from {
-                stored.retain(|state| state.block < from);
-                stored.extend(outlook.states);
-            }
-            last = outlook.prognosis;
+        prop_assert_eq!(arrive(&model, &all, &order, batch), Outlook { states_from: Some(0), ..whole });
+    }
+}
+
+/// A short life with an upload that cannot be, three in ten uploads sent twice. `ACTUARY_PERMUTATIONS` sets
+/// how many orders are tried.
+#[test]
+fn slow_a_thousand_orders_of_arrival_give_one_digest() {
+    let permutations = std::env::var("ACTUARY_PERMUTATIONS").map_or(1000, |count| count.parse().unwrap());
+    let model = model();
+    let mut all = growing(&model, 0.45, 18);
+    all[7].flight_hours += 3000.0;
+    all.sort_by(Estimate::life_order);
+    let whole = outlook(&model, &all, &[]);
+    assert_eq!((whole.states.len(), whole.excluded.len()), (3, 1));
+    let expected = ContentHash::of_json(&(&whole.states, &whole.prognosis, &whole.excluded));
+    for permutation in 0..permutations {
+        let mut stream = Stream::new(6, &["permutation"]).substream(permutation);
+        let mut order: Vec<usize> = (0..all.len()).chain((0..all.len()).filter(|_| stream.uniform() < 0.3)).collect();
+        for i in (1..order.len()).rev() {
+            order.swap(i, stream.below(i + 1));
         }
-        prop_assert_eq!(stored, whole.states);
-        prop_assert_eq!(last, whole.prognosis);
+        let batch = 6 + stream.below(order.len());
+        let found = arrive(&model, &all, &order, batch);
+        let digest = ContentHash::of_json(&(&found.states, &found.prognosis, &found.excluded));
+        assert_eq!(digest, expected, "permutation {permutation}");
     }
 }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{now, store, upload, work};
-use domain::{Coordinate, Mask, OperatorId};
+use domain::{Coordinate, Mask, OperatorId, SetAsideReason};
 use store::{Receipt, UploadState};
 
 #[tokio::test]
@@ -54,4 +54,34 @@ async fn an_upload_that_cannot_be_estimated_is_set_aside_and_stops_no_other() {
     assert!(matches!(state("u3").await, UploadState::SetAside { detail, .. } if detail.contains("180")));
     assert_eq!(state("u2").await, UploadState::Processed);
     assert_eq!(state("u4").await, UploadState::Processed);
+}
+
+#[tokio::test]
+async fn an_upload_whose_hours_or_time_cannot_be_is_set_aside_and_states_rest_on_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let (store, model) = store(&folder).await;
+    let operator = OperatorId::default();
+    let mask = &model.bundle().masks[0];
+    for index in 0..8 {
+        let mut upload = upload(&model, mask, index);
+        if index == 3 {
+            upload.flight_hours += 5000.0;
+        }
+        if index == 5 {
+            upload.recorded_at = now().plus_hours(24.5);
+        }
+        store.accept(&operator, upload, now()).await.unwrap();
+    }
+    work(&store).await;
+    for (id, word) in [("u3", "5012 fh"), ("u5", "24.5 hours after it was received")] {
+        let record = store.upload(&operator, &id.parse().unwrap()).await.unwrap().unwrap();
+        let UploadState::SetAside { reason, detail } = record.state else { panic!("{id}: {:?}", record.state) };
+        assert_eq!(reason, SetAsideReason::ImplausibleHours);
+        assert!(detail.contains(word), "{detail}");
+    }
+    let component = upload(&model, mask, 0).component(&operator);
+    let states = store.states(&component, None, None, None, 100).await.unwrap();
+    assert_eq!(states.iter().map(|state| state.observations).sum::<usize>(), 4, "u0, u1, u2 and u4: {states:?}");
+    let installed = store.installed(&operator, &"EC-MXA".parse().unwrap()).await.unwrap();
+    assert_eq!(installed[0].prognosis.clone().unwrap().as_of.flight_hours, 28.0);
 }

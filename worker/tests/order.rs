@@ -48,7 +48,7 @@ async fn digest(arrivals: &[Upload], stream: &mut Stream) -> String {
 
 async fn accept(store: &Store, uploads: &[Upload]) {
     let operator = OperatorId::default();
-    let arrivals = uploads.iter().map(|upload| store.accept(&operator, upload.clone(), now().plus_hours(1000.0)));
+    let arrivals = uploads.iter().map(|upload| store.accept(&operator, upload.clone(), now()));
     for receipt in futures_util::future::join_all(arrivals).await {
         assert!(matches!(receipt.unwrap(), Receipt::Accepted | Receipt::Duplicate));
     }
@@ -70,7 +70,7 @@ async fn any_order_of_arrival_leaves_the_same_digest() {
     let model = Model::from_bytes(common::BUNDLE).unwrap();
     let uploads = life(&model);
     let expected = digest(&uploads, &mut Stream::new(0, &["in order"])).await;
-    let permutations = std::env::var("ACTUARY_PERMUTATIONS").map_or(20, |count| count.parse().unwrap());
+    let permutations = std::env::var("ACTUARY_PERMUTATIONS").map_or(8, |count| count.parse().unwrap());
     for seed in 0..permutations {
         let mut stream = Stream::new(seed, &["permutation"]);
         let arrivals = shuffled(&uploads, &mut stream);

@@ -8,17 +8,23 @@ use store::{Options, Store};
 use tokio_util::sync::CancellationToken;
 
 /// The bundle that ships.
-pub const BUNDLE: &[u8] = include_bytes!("../../models/default.json");
+pub const BUNDLE: &[u8] = include_bytes!("../../../models/default.json");
 
-pub fn now() -> Timestamp {
+/// When the first upload is recorded.
+pub fn start() -> Timestamp {
     "2026-03-01T00:00:00Z".parse().unwrap()
+}
+
+/// When everything arrives: later than anything is recorded.
+pub fn now() -> Timestamp {
+    start().plus_hours(1000.0)
 }
 
 pub async fn store(folder: &tempfile::TempDir) -> (Store, Model) {
     let url = format!("sqlite:{}", folder.path().join("worker.sqlite").display());
     let store = Store::open(&url, Options::default()).await.unwrap();
     let model = Model::from_bytes(BUNDLE).unwrap();
-    store.register_bundle(&model.summary(), BUNDLE, now()).await.unwrap();
+    store.register_bundle(&model.summary(), BUNDLE, start()).await.unwrap();
     store.activate_bundle(&model.summary().hash, now()).await.unwrap();
     (store, model)
 }
@@ -34,7 +40,7 @@ pub fn upload(model: &Model, mask: &Mask, index: u32) -> Upload {
         serial_number: "0001".parse().unwrap(),
         flight_hours,
         flight_cycles: None,
-        recorded_at: now().plus_hours(3.0 * flight_hours),
+        recorded_at: start().plus_hours(3.0 * flight_hours),
         mask_id: mask.id(),
         samples: vec![Some(model.summary().k_nom); mask.len()],
         load_ratio: None,
