@@ -10,7 +10,7 @@ use std::{hint::black_box, path::Path};
 use criterion::{Criterion, criterion_group, criterion_main};
 use domain::{FaultModel, Stream};
 use prognosis::{
-    Estimator, Filter, FleetPrior, Follower, ForecastSettings, PredictionSettings, Thesis, blocks, forecast,
+    Estimator, Filter, FleetPrior, ForecastSettings, PredictionSettings, Thesis, blocks, forecast,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings},
 };
 use simulated::{Growth, observe};

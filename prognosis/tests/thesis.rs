@@ -5,7 +5,7 @@
 mod simulated;
 
 use domain::{FaultModel, FaultVector, Stream};
-use prognosis::{Boundary, Estimator, FleetPrior, Follower, Observation, PredictionSettings, RulEstimate, Thesis};
+use prognosis::{Boundary, Estimator, FleetPrior, Observation, PredictionSettings, RulEstimate, Thesis};
 use simulated::{Growth, SIGMA, STEP_FH};
 
 const HORIZON_FH: f64 = 8000.0;

@@ -150,15 +150,15 @@ fn replay_all(
     bar: &ProgressBar,
 ) -> Vec<Replays> {
     bar.set_length((recorded.len() * estimators.len()) as u64);
-    let of_estimator = |estimator: &Box<dyn Estimator + '_>| {
+    let of_estimator = |estimator: &dyn Estimator| {
         let of_run = |recorded: &Recorded| {
-            let replayed = replay(&recorded.run, estimator.as_ref(), settings);
+            let replayed = replay(&recorded.run, estimator, settings);
             bar.inc(1);
             replayed
         };
         Replays { estimator: estimator.name(), runs: recorded.par_iter().map(of_run).collect() }
     };
-    estimators.par_iter().map(of_estimator).collect()
+    estimators.par_iter().map(|estimator| of_estimator(estimator.as_ref())).collect()
 }
 
 /// All there is to write about.
