@@ -1,11 +1,12 @@
 //! REST, gRPC and pages on one port.
 //!
 //! This shell parses, asks the store, and puts answers into words; it computes nothing. REST and
-//! gRPC are two voices of the same functions: `ingest` takes uploads, `answer` assembles what is
-//! served, `refusal` maps what went wrong to a problem document or to a gRPC status.
+//! gRPC are two voices of the same functions: `ingest` takes uploads, `answer` and `history` assemble
+//! what is served, `refusal` maps what went wrong to a problem document or to a gRPC status.
 //!
 //! Invariants: whatever is refused was not stored; whatever is acknowledged is durable; no
-//! input makes a server error; the status of a prognosis is judged when it is read.
+//! input makes a server error; the status of a prognosis is judged when it is read; no page loads
+//! anything from elsewhere; no figure on `/metrics` names an aircraft.
 
 mod answer;
 mod app;

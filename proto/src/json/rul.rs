@@ -79,7 +79,7 @@ pub struct RulBody {
     #[schema(required)]
     pub end_of_life: Option<EndOfLife>,
     /// Filtered faults by name.
-    #[schema(required)]
+    #[schema(required, value_type = Option<BTreeMap<String, Fault>>)]
     pub fault_vector: Option<FaultsByName>,
     /// The fault that most often drives the end of life.
     #[schema(required, example = "k1")]

@@ -18,8 +18,10 @@ type Responses = BTreeMap<String, RefOr<Response>>;
 pub struct Lookup;
 /// Of a route that lists.
 pub struct Listing;
-/// Of a route that takes a body.
-pub struct Posting;
+/// Of a route that takes uploads.
+pub struct Uploading;
+/// Of a route that takes a dated version.
+pub struct Dating;
 /// Of a route that changes what became of something.
 pub struct Action;
 /// Of a route that needs the database and nothing else.
@@ -37,16 +39,31 @@ impl IntoResponses for Listing {
     }
 }
 
-impl IntoResponses for Posting {
+impl IntoResponses for Uploading {
     fn responses() -> Responses {
         documented([
-            Refusal::Malformed(Invalid::one("#/samples/1", "expected value at line 1 column 161")),
-            not_found(),
+            malformed("#/samples/1"),
             Refusal::Interrupted,
             Refusal::Conflict("EC-MXA.AIL-L.000123".parse().expect("a name")),
-            Refusal::TooLarge { limit_bytes: super::MAX_UPLOAD_BYTES },
-            Refusal::UnsupportedMediaType { given: "text/csv".to_owned(), wanted: "application/json" },
+            too_large(),
+            other_type(),
             Refusal::Invalid(Invalid::one("#/samples/3", "1000000000 is outside -1.504 to 1.504 V s/rad")),
+            unavailable(),
+            Refusal::Internal,
+        ])
+    }
+}
+
+impl IntoResponses for Dating {
+    fn responses() -> Responses {
+        documented([
+            malformed("#/configuration/gain_noise"),
+            not_found(),
+            Refusal::Interrupted,
+            Refusal::Contradiction("another configuration is in force on tail EC-MXA from then on".to_owned()),
+            too_large(),
+            other_type(),
+            Refusal::Invalid(Invalid::one("#/configuration/gain_noise", "7 is outside 0 to 1")),
             unavailable(),
             Refusal::Internal,
         ])
@@ -59,7 +76,7 @@ impl IntoResponses for Action {
         documented([
             not_found(),
             Refusal::Contradiction(refused.to_owned()),
-            parameter(),
+            Refusal::parameter("upload_id", "\"a b\" must be 1 to 64 characters of [A-Za-z0-9._:-]"),
             unavailable(),
             Refusal::Internal,
         ])
@@ -78,6 +95,18 @@ fn not_found() -> Refusal {
 
 fn parameter() -> Refusal {
     Refusal::parameter("limit", "\"0\" must be a number from 1 to 1000")
+}
+
+fn malformed(pointer: &str) -> Refusal {
+    Refusal::Malformed(Invalid::one(pointer, "expected value at line 1 column 161"))
+}
+
+fn too_large() -> Refusal {
+    Refusal::TooLarge { limit_bytes: super::MAX_UPLOAD_BYTES }
+}
+
+fn other_type() -> Refusal {
+    Refusal::UnsupportedMediaType { given: "text/csv".to_owned(), wanted: "application/json" }
 }
 
 fn unavailable() -> Refusal {

@@ -15,7 +15,7 @@ use store::{Addition, TailConfiguration};
 use super::{
     Tail,
     body::{JSON, media_type, read},
-    problems::{Lookup, Posting},
+    problems::{Dating, Lookup},
 };
 use crate::{State, app::Shared, parameters::Named, refusal::Refusal};
 
@@ -60,7 +60,7 @@ fn item(version: TailConfiguration) -> SensorConfigurationItem {
     responses(
         (status = 201, description = "Stored, durable", body = SensorConfigurationAck),
         (status = 200, description = "In force from that time on before", body = SensorConfigurationAck),
-        Posting,
+        Dating,
     )
 )]
 pub async fn post(

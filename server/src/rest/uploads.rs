@@ -12,7 +12,7 @@ use proto::json::{self, Ingested, UploadAck, UploadBody};
 use super::{
     Tail,
     body::{JSON, NDJSON, media_type, read},
-    problems::Posting,
+    problems::Uploading,
 };
 use crate::{
     app::Shared,
@@ -40,7 +40,7 @@ use crate::{
             (UploadAck = "application/json"),
             (json::LineResult = "application/x-ndjson"),
         )),
-        Posting,
+        Uploading,
     )
 )]
 pub async fn post(
