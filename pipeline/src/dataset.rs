@@ -3,6 +3,7 @@
 //! Data only: the files of a dataset folder are read by whoever has the disk.
 
 use domain::{ContentHash, FaultModel, FaultVector};
+use ema::commutation::BINS;
 use prognosis::surrogate::LabelledFaults;
 
 /// Largest error of an angle, as a fraction of a bin.
@@ -110,6 +111,9 @@ impl Dataset {
     }
 
     fn check_angles(&self) -> Result<(), DatasetError> {
+        if self.angles_rad.is_empty() {
+            must_be("angles", 0, BINS)?;
+        }
         let width = std::f64::consts::TAU / self.angles_rad.len() as f64;
         for (index, &found) in self.angles_rad.iter().enumerate() {
             let expected = (index as f64 + 0.5) * width;

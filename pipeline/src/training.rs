@@ -25,7 +25,7 @@ use prognosis::{
         SvmSettings,
     },
 };
-use reduction::{ImportanceSampling, ReductionError};
+use reduction::{ImportanceSampling, MaskDesign, ReductionError};
 
 use crate::{Bundle, ChainSettings, Dataset, DatasetError, Labels, LoadModel, Metrics, Provenance, SurrogateMetrics};
 
@@ -82,6 +82,14 @@ pub enum TrainError {
     /// The dataset does not fit the method.
     #[error("dataset: {0}")]
     Dataset(#[from] DatasetError),
+    /// More modes than the points of a mask can tell apart.
+    #[error("{modes} modes are too many: {points} points of a mask leave room for {}", points - 2)]
+    Modes {
+        /// Modes of the chain.
+        modes: usize,
+        /// Points of a mask; a diagnosis needs two more than modes.
+        points: usize,
+    },
     /// The maps make no basis or no mask.
     #[error(transparent)]
     Reduction(#[from] ReductionError),
@@ -103,6 +111,10 @@ pub fn train(
     progress: &dyn Progress,
 ) -> Result<Bundle, TrainError> {
     settings.motor.check().map_err(TrainError::Motor)?;
+    let (modes, points) = (settings.chain.modes, MaskDesign::default().points);
+    if modes + 2 > points {
+        return Err(TrainError::Modes { modes, points });
+    }
     let assessment = Parameters::assessment_of(&settings.motor);
     must_be_fit(&assessment)?;
     let training = Training { settings, progress, faults: FaultModel::electrical(), assessment };

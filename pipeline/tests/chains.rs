@@ -108,6 +108,12 @@ fn links_are_named_and_those_left_out_are_the_defaults() {
 }
 
 #[test]
+fn more_modes_than_a_mask_can_tell_apart_are_refused() {
+    let refused = train(&settings(ChainSettings { modes: 29, ..ChainSettings::default() }), None, &Silent);
+    assert!(matches!(refused, Err(TrainError::Modes { modes: 29, points: 30 })));
+}
+
+#[test]
 fn slow_a_bundle_of_the_thesis_serves_uploads_with_and_without_load_ratio() {
     let bundle = train(&settings(ChainSettings::thesis()), None, &Silent).unwrap();
     let model = model(&bundle);
@@ -245,6 +251,8 @@ fn datasets_that_cannot_be_learned_from_are_refused_with_the_reason() {
     let eight = Dataset { fault_names: vec!["k1".to_owned()], ..good() };
     assert!(matches!(refusal(eight), DatasetError::Faults { .. }));
     assert_eq!(refusal(dataset(49)), DatasetError::TooFewMaps { found: 49, needed: 50 });
+    let nowhere = Dataset { angles_rad: Vec::new(), ..good() };
+    assert_eq!(refusal(nowhere), DatasetError::Length { what: "angles".to_owned(), found: 0, expected: 360 });
     let mut shifted = good();
     shifted.angles_rad.rotate_left(1);
     assert!(matches!(refusal(shifted), DatasetError::Angle { index: 0, .. }));
