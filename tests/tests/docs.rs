@@ -68,3 +68,16 @@ async fn the_integrators_page_can_be_pasted_into_a_shell() {
     assert_eq!(said.matches("UPLOAD_STATUS_ACCEPTED").count(), 10, "{said}");
     assert!(said.contains("STATUS_INSUFFICIENT_HISTORY") && said.contains("INVALID_ARGUMENT"), "{said}");
 }
+
+#[test]
+fn slow_the_training_page_can_be_pasted_into_a_shell() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = fs::read_to_string(root().join("docs/training.md")).unwrap();
+    let bin = tests::binary();
+    let path = format!("export PATH={}:$PATH\n", bin.parent().expect("a folder").display());
+    let said = bash(folder.path(), &format!("{path}{}", script(&page)));
+    assert!(said.contains("k1,k2,k3,k4,k5,sigma_k1"), "{said}");
+    assert!(said.contains("exit code 2"), "{said}");
+    assert!(!folder.path().join("never.json").exists(), "nothing is left of a refused training");
+    assert!(folder.path().join("verdict/report.html").exists() && folder.path().join("response.svg").exists());
+}

@@ -24,6 +24,8 @@ use crate::{
   actuary train --out bench.json --dataset bench/ --motor motor.json
   actuary train --out thesis.json --chain thesis
 
+The chain of the thesis: thesis form of LF1, SOM mask, least squares, raw map, training without noise.
+
 A dataset is a folder of CSV files:
   theta.csv    header theta_rad; the centres of the bins of a map over one turn, rad
   K.csv        header = names of the faults; a fault vector a row, each fault in 0 to 1
@@ -35,7 +37,8 @@ pub struct Arguments {
     /// The bundle to write; nothing is written unless training succeeds.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Maps of known faults to learn the diagnosis from; simulated ones without it.
+    /// Maps of known faults to learn the diagnosis from, some held out to calibrate and to judge;
+    /// simulated ones without it.
     #[arg(long, value_name = "DIR")]
     dataset: Option<PathBuf>,
     /// Importance samples of the fault vector.

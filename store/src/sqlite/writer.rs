@@ -16,7 +16,7 @@ use std::{
     time::Instant,
 };
 
-use domain::Timestamp;
+use domain::{Timestamp, metric};
 use sqlx::{Connection, SqliteConnection};
 use tokio::{
     sync::{Notify, mpsc, oneshot},
@@ -169,7 +169,7 @@ impl Task {
         let mut batch = vec![first];
         batch.extend(std::iter::from_fn(|| self.uploads.try_recv().ok()).take(UPLOADS_PER_COMMIT - 1));
         batch.extend(std::iter::from_fn(|| self.results.try_recv().ok()).take(RESULTS_PER_COMMIT));
-        metrics::gauge!("upload_queue_waiting").set(self.uploads.len() as f64);
+        metrics::gauge!(metric::UPLOAD_QUEUE.name).set(self.uploads.len() as f64);
         Some(batch)
     }
 
@@ -180,13 +180,13 @@ impl Task {
             match self.commit(&mut batch).await {
                 Ok(()) => batch.into_iter().for_each(|job| job.answer(Ok(()))),
                 Err(error) if batch.len() > 1 && !concerns_all(&error) => {
-                    metrics::counter!("commits_halved_total").increment(1);
+                    metrics::counter!(metric::COMMITS_HALVED.name).increment(1);
                     tracing::warn!(writes = batch.len(), %error, "a transaction failed; retrying it in halves");
                     let second = batch.split_off(batch.len() / 2);
                     batches.extend([second, batch]);
                 }
                 Err(error) => {
-                    metrics::counter!("commit_failures_total").increment(1);
+                    metrics::counter!(metric::COMMIT_FAILURES.name).increment(1);
                     batch.into_iter().for_each(|job| job.answer(Err(error.clone())));
                 }
             }
@@ -200,8 +200,8 @@ impl Task {
             job.apply(&mut transaction, now).await?;
         }
         transaction.commit().await?;
-        metrics::histogram!("commit_seconds").record(begun.elapsed());
-        metrics::histogram!("commit_writes").record(batch.len() as f64);
+        metrics::histogram!(metric::COMMIT_SECONDS.name).record(begun.elapsed());
+        metrics::histogram!(metric::COMMIT_WRITES.name).record(batch.len() as f64);
         Ok(())
     }
 }

@@ -14,8 +14,7 @@ use serde::de::{
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Links of the diagnosis")]
 pub struct ChainArguments {
-    /// The whole chain: this one's, or that of the thesis (thesis form of LF1, SOM mask, least squares, raw map,
-    /// network trained without noise).
+    /// The whole chain by its name.
     #[arg(long, default_value = "default", value_parser = PossibleValuesParser::new(ChainSettings::NAMES))]
     chain: String,
     /// Form of the model that makes the maps to learn from.
