@@ -27,7 +27,7 @@ pub struct ChainArguments {
     #[arg(long, value_name = "FIT", value_parser = named::<pipeline::GappyPrior>(&["map", "least-squares"]))]
     gappy: Option<pipeline::GappyPrior>,
     /// Modes of the basis.
-    #[arg(long, value_parser = clap::value_parser!(u8).range(2..=40))]
+    #[arg(long, value_parser = clap::value_parser!(u8).range(2..=20))]
     modes: Option<u8>,
     /// Hidden units of the network.
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=100))]
