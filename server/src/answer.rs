@@ -93,8 +93,9 @@ pub async fn installed_at(state: &State, tail: &TailNumber, position: &Position)
 
 /// The remaining life at every position of a tail.
 pub async fn tail_ruls(state: &State, tail: &TailNumber, within_fh: Option<&[f64]>) -> Result<Vec<RulBody>, Refusal> {
-    let installed = state.store.installed(&OperatorId::default(), tail).await?;
-    if installed.is_empty() {
+    let operator = OperatorId::default();
+    let installed = state.store.installed(&operator, tail).await?;
+    if installed.is_empty() && !state.store.knows_tail(&operator, tail).await? {
         return Err(Refusal::NotFound(format!("tail {tail} is not known")));
     }
     Ok(installed.iter().map(|installed| rul(state, installed, within_fh)).collect())

@@ -213,6 +213,11 @@ impl Store {
         backend!(self, tails(operator, after, limit))
     }
 
+    /// Whether anything was ever received of a tail, though everything on it may have moved on.
+    pub async fn knows_tail(&self, operator: &OperatorId, tail: &TailNumber) -> Result<bool, StoreError> {
+        backend!(self, knows_tail(operator, tail))
+    }
+
     /// What is installed on a tail, by position; empty for an unknown tail.
     pub async fn installed(&self, operator: &OperatorId, tail: &TailNumber) -> Result<Vec<Installed>, StoreError> {
         backend!(self, installed(operator, tail))

@@ -93,8 +93,8 @@ pub async fn post(
 }
 
 async fn must_be_known(state: &State, tail: &TailNumber) -> Result<(), Refusal> {
-    match state.store.installed(&OperatorId::default(), tail).await?.as_slice() {
-        [] => Err(Refusal::NotFound(format!("tail {tail} is not known"))),
-        _ => Ok(()),
+    match state.store.knows_tail(&OperatorId::default(), tail).await? {
+        true => Ok(()),
+        false => Err(Refusal::NotFound(format!("tail {tail} is not known"))),
     }
 }

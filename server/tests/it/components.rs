@@ -49,6 +49,14 @@ async fn a_component_tells_where_it_was_and_its_lives() {
 }
 
 #[tokio::test]
+async fn a_tail_from_which_everything_moved_on_is_known_and_empty() {
+    let house = moved().await;
+    assert_eq!(house.read("/v1/tails/EC-MXA/rul").await["items"], json!([]));
+    assert_eq!(house.read("/v1/tails/EC-MXA").await["positions"], json!([]));
+    house.refused("/v1/tails/EC-MXC/rul", 404).await;
+}
+
+#[tokio::test]
 async fn loads_are_told_where_they_are_known() {
     let house = moved().await;
     house.work(Ok(forecast(80))).await;

@@ -51,6 +51,11 @@ impl Sqlite {
         tails(&mut connection, operator, after.map_or("", TailNumber::as_str), limit).await
     }
 
+    pub(crate) async fn knows_tail(&self, operator: &OperatorId, tail: &TailNumber) -> Result<bool, StoreError> {
+        let query = sqlx::query_scalar("select exists (select * from tails where operator = $1 and tail = $2)");
+        Ok(query.bind(operator.as_str()).bind(tail.as_str()).fetch_one(&self.readers).await?)
+    }
+
     pub(crate) async fn installed(
         &self,
         operator: &OperatorId,
