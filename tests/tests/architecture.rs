@@ -19,7 +19,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("server", &["domain", "proto", "store"]),
     ("worker", &["domain", "pipeline", "store"]),
     ("simulator", &["domain", "ema", "airframe", "proto"]),
-    ("actuary", &["domain", "airframe", "ema", "pipeline", "prognosis", "proto", "server", "simulator", "store", "worker"]),
+    (
+        "actuary",
+        &["domain", "airframe", "ema", "pipeline", "prognosis", "proto", "server", "simulator", "store", "worker"],
+    ),
     ("tests", &[]),
 ];
 

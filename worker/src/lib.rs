@@ -103,7 +103,9 @@ async fn serve_lease(store: &Store, models: &Models, settings: &Settings, lease:
     metrics::counter!(metric::LEASES.name, "outcome" => outcome).increment(1);
     match completion {
         Ok(Completion::Done) => tracing::debug!(?component, "analysed"),
-        Ok(Completion::Fenced) => tracing::info!(?component, "the lease ended early: a correction came in, or another worker took over"),
+        Ok(Completion::Fenced) => {
+            tracing::info!(?component, "the lease ended early: a correction came in, or another worker took over")
+        }
         Err(error) => {
             tracing::error!(?component, attempts = lease.attempts, %error, "analysis failed");
             let retry_after = Duration::from_secs(1 << lease.attempts.min(8));
