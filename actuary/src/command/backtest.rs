@@ -44,7 +44,7 @@ pub struct Arguments {
     /// The model bundle.
     #[arg(long, value_name = "FILE")]
     model: PathBuf,
-    /// Histories to predict; of several files, run_id becomes <stem of the file>/<run_id>.
+    /// Histories to predict; of several files, run_id becomes STEM/RUN_ID, after the stem of the file.
     #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
     histories: Vec<PathBuf>,
     /// Their true failure times, for metrics.json and report.html.
