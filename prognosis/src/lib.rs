@@ -25,7 +25,7 @@ pub mod surrogate;
 
 pub use block::{Block, Observation, OpenBlock, blocks};
 pub use boundary::Boundary;
-pub use estimator::{Estimator, Follower, PredictionSettings, Rbg, RulEstimate, Thesis};
+pub use estimator::{Climatology, Estimator, Follower, Linear, PredictionSettings, Rbg, Ridge, RulEstimate, Thesis};
 pub use failure_time::{FinishedLife, fit_failure_time_error};
 pub use filter::Filter;
 pub use fit::{FitSettings, NoHistory, fit_prior};
