@@ -10,11 +10,13 @@
 pub mod backtest;
 pub mod block;
 pub mod boundary;
+pub mod clipping;
 pub mod estimator;
 pub mod failure_time;
 pub mod filter;
 pub mod fit;
 pub mod forecast;
+pub mod growth_changes;
 mod kalman;
 mod least_squares;
 pub mod metrics;
@@ -25,11 +27,13 @@ pub mod surrogate;
 
 pub use block::{Block, Observation, OpenBlock, blocks};
 pub use boundary::Boundary;
+pub use clipping::ClippedMean;
 pub use estimator::{Climatology, Estimator, Follower, Linear, PredictionSettings, Rbg, Ridge, RulEstimate, Thesis};
 pub use failure_time::{FinishedLife, fit_failure_time_error};
 pub use filter::Filter;
-pub use fit::{FitSettings, NoHistory, fit_prior};
+pub use fit::{FitSettings, NoHistory, fit_prior, fit_prior_from};
 pub use forecast::{Forecast, ForecastSettings, forecast};
+pub use growth_changes::GrowthChanges;
 pub use noise::{NoNoise, fit_noise};
 pub use posterior::{EntryEstimate, Moments, Posterior};
 pub use prior::{BiasPrior, FailureTimeError, FleetPrior, GroupPrior};
