@@ -76,7 +76,11 @@ fn without_a_line_nothing_is_known() {
     let (model, prior) = (FaultModel::electrical(), FleetPrior::vague());
     let linear = Linear { model: &model, prior: &prior, boundary: &Sum };
     assert_eq!(predicted(&linear, &quiet(0.0, 1e-4, 2.0), 10.0), vec![None; PREDICTION.draws]);
-    assert_eq!(predicted(&linear, &quiet(0.0, 1e-4, 100.0), 900.0), vec![None; PREDICTION.draws], "the window is empty");
+    assert_eq!(
+        predicted(&linear, &quiet(0.0, 1e-4, 100.0), 900.0),
+        vec![None; PREDICTION.draws],
+        "the window is empty"
+    );
 }
 
 /// An exponential is beyond a line: the regression has to find rate and bias apart.
@@ -85,7 +89,7 @@ fn an_exponential_is_continued_to_the_boundary() {
     let prior = FleetPrior { process_noise: 1e-7, ..FleetPrior::vague() };
     let model = FaultModel::electrical();
     let ridge = Ridge { model: &model, prior: &prior, boundary: &Sum };
-    let (rate_per_h, bias_per_h, now_fh) = (8e-4, 2e-5, 1500.0);
+    let (rate_per_h, bias_per_h, now_fh): (f64, f64, f64) = (8e-4, 2e-5, 1500.0);
     let failure_fh = (1.0 + 0.125 * rate_per_h / bias_per_h).ln() / rate_per_h;
     let median_fh = median(&predicted(&ridge, &quiet(rate_per_h, bias_per_h, now_fh), now_fh));
     let truth_fh = failure_fh - now_fh;

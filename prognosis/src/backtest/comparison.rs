@@ -8,10 +8,7 @@
 
 use serde::Serialize;
 
-use super::{
-    BootstrapSettings, Interval, RunScore,
-    bootstrap::resamples,
-};
+use super::{BootstrapSettings, Interval, RunScore, bootstrap::resamples};
 
 /// How an estimator compares with another; negative differences are in its favour.
 #[derive(Debug, Clone, PartialEq, Serialize)]
