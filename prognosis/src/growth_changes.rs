@@ -29,15 +29,15 @@ pub struct GrowthChanges {
 }
 
 impl Default for GrowthChanges {
-    /// Every second life changes, every 2,100 h, by a factor of 1.6 on average.
+    /// Every second life changes, every 2,100 h, by a factor of 1.9 on average.
     fn default() -> Self {
         Self {
             probability: 0.5,
             start: 0.75,
             interval_fh: 2100.0,
-            mean_increase: 0.7,
+            mean_increase: 1.0,
             largest_factor: 3.0,
-            particles: 59,
+            particles: 29,
         }
     }
 }

@@ -93,6 +93,13 @@ impl FleetPrior {
         }
     }
 
+    /// A guess from which to learn on with growth that may change: the usual law, and clipped observations
+    /// understood as they are made.
+    pub fn with_growth_changes(self) -> Self {
+        let growth_changes = Some(GrowthChanges::default());
+        Self { growth_changes, clipped_mean: ClippedMean::TrimmedT4, failure_time_error: None, ..self }
+    }
+
     /// The prior of a group's kind.
     pub fn of(&self, group: &FaultGroup) -> &GroupPrior {
         match group {

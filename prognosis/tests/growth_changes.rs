@@ -48,7 +48,7 @@ fn life(changes: &[(f64, f64)]) -> Vec<Observation> {
 }
 
 fn sharp() -> FleetPrior {
-    FleetPrior { process_noise: 2.5e-5, ..with(GrowthChanges::default()) }
+    FleetPrior { process_noise: 2.5e-5, ..with(GrowthChanges { particles: 100, ..GrowthChanges::default() }) }
 }
 
 /// The multipliers of a life drawn from the law, up to 9,000 h.
@@ -91,7 +91,9 @@ fn a_change_is_detected_and_measured() {
     let rate = changed.entries()[0].rate_per_h;
     assert!((rate.mean / truth - 1.0).abs() < 0.2, "{rate:?}, truth {truth}");
     let before = filter(&life(&[(0.0, 0.75)])[..700], &sharp()).posterior();
-    assert!(changed.growth().mean > 1.5 * before.growth().mean, "{:?} {:?}", before.growth(), changed.growth());
+    let earlier = before.entries()[0].rate_per_h;
+    assert!(rate.mean > 1.5 * earlier.mean, "{earlier:?}, then {rate:?}");
+    assert!(changed.growth().mean > before.growth().mean);
     let constant = filter(&life(&[]), &sharp()).posterior();
     assert!(constant.changing_probability() < 0.5, "{}", constant.changing_probability());
 }
