@@ -1,7 +1,7 @@
 //! Harder fleets: lives that break one assumption each of a prognosis.
 //!
 //! What: how the life of a unit, or what is seen of it, departs from the standard fleet.
-//! Update rule: a [`Course`] is drawn for each life and changes growth, noise, or the observations; it has
+//! Update rule: a course is drawn for each life and changes growth, noise, or the observations; it has
 //! a stream of its own, so that one life is the same in every scenario up to what the scenario changes.
 //! Requirements: every life still ends, if not within the range of the standard fleet.
 //! Units: flight hours; the rest is dimensionless.
