@@ -16,6 +16,7 @@ pub mod manoeuvre;
 pub mod mechanical_faults;
 pub mod motor;
 pub mod response;
+pub mod scenario;
 pub mod shaft;
 pub mod simulation;
 pub mod wear;

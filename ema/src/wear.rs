@@ -16,6 +16,7 @@ use domain::{FaultModel, FaultVector, Stream};
 use crate::{
     assessment::assess_faults,
     lf2::{Faults, Parameters},
+    scenario::{Course, Scenario, entries},
 };
 
 /// Length of a step, flight hours.
@@ -185,12 +186,18 @@ pub struct Wear {
     noise: Stream,
     t_fh: f64,
     deviation: [f64; FAULTS],
+    course: Course,
 }
 
 impl Wear {
     /// A new actuator.
     pub fn new(law: WearLaw, noise: Stream) -> Self {
-        Self { law, noise, t_fh: 0.0, deviation: [0.0; FAULTS] }
+        Self::on_course(law, noise, Course::default())
+    }
+
+    /// A new actuator of a harder fleet.
+    fn on_course(law: WearLaw, noise: Stream, course: Course) -> Self {
+        Self { law, noise, t_fh: 0.0, deviation: [0.0; FAULTS], course }
     }
 
     /// Flight hours since new.
@@ -208,16 +215,20 @@ impl Wear {
     pub fn step(&mut self, load: f64, temperature: f64) {
         let growth = self.law.growth_at(self.t_fh);
         let input = [1.0, load, temperature];
-        let before = self.deviation;
+        let before = self.deviation.map(|x| self.course.growing(x));
+        let noise = self.course.noise * PROCESS_NOISE * STEP_FH.sqrt();
+        let dominant = entries(self.law.dominant_mode);
         for (i, x) in self.deviation.iter_mut().enumerate() {
             let damage: f64 = self.law.state_matrix[i].iter().zip(&before).map(|(a, x)| a * x).sum();
             let drive: f64 = self.law.control_matrix[i].iter().zip(&input).map(|(b, u)| b * u).sum();
-            *x += STEP_FH * (growth * damage + drive) + PROCESS_NOISE * STEP_FH.sqrt() * self.noise.normal();
+            let drive = drive * self.course.drive(dominant.contains(&i), self.t_fh);
+            *x += STEP_FH * (growth * damage + drive) + noise * self.noise.normal();
             if i < 3 {
                 *x = x.abs();
             }
         }
         self.t_fh += STEP_FH;
+        self.course.strike(&self.law, &mut self.deviation, self.t_fh, STEP_FH);
     }
 }
 
@@ -292,23 +303,41 @@ pub struct LifeHistory {
     pub t_failure_fh: f64,
 }
 
-/// Lives outside this range, hours, are not of this fleet: infant failures and units beyond their
-/// design life are drawn again.
-const LIFE_RANGE_FH: std::ops::RangeInclusive<f64> = 2000.0..=6000.0;
-
-/// Simulates the `index`-th life of the fleet of `seed`, judged by the assessment with `parameters`. Law, surroundings, process noise and
-/// diagnosis errors come from independent streams.
+/// Simulates the `index`-th life of the fleet of `seed`, judged by the assessment with `parameters`. Law,
+/// surroundings, process noise and diagnosis errors come from independent streams. Lives outside 2000 to
+/// 6000 hours are not of this fleet: infant failures and units beyond their design life are drawn again.
 pub fn simulate_life(parameters: &Parameters, seed: u64, index: u64, regime: Regime) -> LifeHistory {
-    let attempts = (0u64..).map(|attempt| simulate_attempt(parameters, seed, index, attempt, regime));
-    let mut lives = attempts.filter(|life| LIFE_RANGE_FH.contains(&life.t_failure_fh));
+    simulate_life_of(Scenario::Standard, parameters, seed, index, regime)
+}
+
+/// [`simulate_life`] of a harder fleet, whose lives may be shorter and longer.
+pub fn simulate_life_of(
+    scenario: Scenario,
+    parameters: &Parameters,
+    seed: u64,
+    index: u64,
+    regime: Regime,
+) -> LifeHistory {
+    let attempts = (0u64..).filter_map(|attempt| {
+        let stream = |purpose: &str| Stream::new(seed, &["life", &attempt.to_string(), purpose]).substream(index);
+        simulate_attempt(scenario, parameters, &stream, regime)
+    });
+    let range_fh = scenario.life_range_fh();
+    let mut lives = attempts.filter(|life| range_fh.contains(&life.t_failure_fh));
     lives.next().expect("most lives are within the range")
 }
 
-fn simulate_attempt(parameters: &Parameters, seed: u64, index: u64, attempt: u64, regime: Regime) -> LifeHistory {
-    let stream = |purpose: &str| Stream::new(seed, &["life", &attempt.to_string(), purpose]).substream(index);
-    let law = WearLaw::draw(&mut stream("law"), regime);
+/// `None` for a life beyond the range.
+fn simulate_attempt(
+    scenario: Scenario,
+    parameters: &Parameters,
+    stream: &dyn Fn(&str) -> Stream,
+    regime: Regime,
+) -> Option<LifeHistory> {
+    let mut law = WearLaw::draw(&mut stream("law"), regime);
+    let mut course = scenario.course(&mut law, &DIAGNOSIS_SD, &mut stream("scenario"));
     let mut environment = Environment::new(stream("environment"));
-    let mut wear = Wear::new(law.clone(), stream("process"));
+    let mut wear = Wear::on_course(law.clone(), stream("process"), course.clone());
     let mut diagnosis = stream("diagnosis");
     let mut watch = FailureWatch::new(parameters);
     let model = FaultModel::electrical();
@@ -321,29 +350,38 @@ fn simulate_attempt(parameters: &Parameters, seed: u64, index: u64, attempt: u64
         observations: Vec::new(),
         t_failure_fh: 0.0,
     };
-    loop {
+    while wear.t_fh() <= *scenario.life_range_fh().end() {
         let (load, temperature) = environment.next_step();
         let state = model.from_deviation(&wear.deviation());
         history.t_fh.push(wear.t_fh());
         history.load.push(load);
         history.temperature.push(temperature);
-        history.observations.push(diagnose(&state, &mut diagnosis));
+        let sd = DIAGNOSIS_SD.map(|sd| course.noise * sd);
+        let bias = course.drift_per_h.map(|drift| drift * wear.t_fh());
+        history.observations.push(diagnose_with(&state, sd, bias, &mut diagnosis));
         history.states.push(state);
         if watch.is_faulty(&wear.deviation()) {
             history.t_failure_fh = wear.t_fh();
-            return history;
+            course.lose(&mut history);
+            return Some(history);
         }
         wear.step(load, temperature);
     }
+    None
 }
 
 /// A diagnosis of a state: Student's t errors with 4 degrees of freedom, clipped to [0, 1].
 pub fn diagnose(state: &FaultVector, stream: &mut Stream) -> FaultVector {
-    let diagnosed = state.values().iter().zip(DIAGNOSIS_SD).map(|(k, sd)| {
+    diagnose_with(state, DIAGNOSIS_SD, [0.0; FAULTS], stream)
+}
+
+/// The same with another standard deviation, and a bias.
+fn diagnose_with(state: &FaultVector, sd: [f64; FAULTS], bias: [f64; FAULTS], stream: &mut Stream) -> FaultVector {
+    let diagnosed = state.values().iter().zip(sd).zip(bias).map(|((k, sd), bias)| {
         // t4 = z / sqrt(chi2_4 / 4); chi2_4 is twice the sum of two exponentials; the variance of t4 is 2.
         let spread = (stream.exponential() + stream.exponential()) / 2.0;
         let t4 = stream.normal() / spread.sqrt();
-        (k + sd * std::f64::consts::FRAC_1_SQRT_2 * t4).clamp(0.0, 1.0)
+        (k + sd * std::f64::consts::FRAC_1_SQRT_2 * t4 + bias).clamp(0.0, 1.0)
     });
     FaultVector(diagnosed.collect())
 }

@@ -31,6 +31,15 @@ fn online_step(criterion: &mut Criterion) {
             filter
         });
     });
+    let mut changing = Filter::new(&FaultModel::electrical(), &prior.with_growth_changes());
+    earlier.iter().for_each(|block| changing.update(block));
+    criterion.bench_function("clone and update by a block, growth changes", |bencher| {
+        bencher.iter(|| {
+            let mut filter = changing.clone();
+            filter.update(black_box(last));
+            filter
+        });
+    });
     criterion.bench_function("posterior", |bencher| bencher.iter(|| black_box(&filter).posterior()));
 
     let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/assess/surrogate_train.csv");

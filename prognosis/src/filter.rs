@@ -1,21 +1,29 @@
 //! The growth-rate filter of a life.
 //!
-//! **What**: the joint posterior of growth rate, bias and deviation of every fault group, given the
-//! blocks of a life so far.
+//! **What**: the joint posterior of growth rate, bias and deviation of every fault group, and of the
+//! growth multiplier where it may change, given the blocks of a life so far.
 //! **Update rule**: per group a bank of Kalman filters on (x, b), one per rate of the grid, each
 //! weighted by its evidence; each group is followed under two hypotheses, being the dominant group
 //! of the life or a minor one, and exactly one group is dominant. The two axes of a pair share rate
-//! and hypothesis, so their log-likelihoods add.
+//! and hypothesis, so their log-likelihoods add. Where growth may change, all of that is done once
+//! for each of some particles, which differ in the growth so far. The first never changes and keeps
+//! the prior probability of that; the others change at random before each block and are resampled
+//! among themselves when few carry the weight, which stays theirs.
 //! **Requirements**: blocks in ascending time, positive variances.
-//! **Source**: Rao-Blackwellisation over a static rate; Huber 1964 for outliers; Tobin 1958 for the
+//! **Source**: Rao-Blackwellisation over a static rate (Doucet, de Freitas, Murphy, Russell 2000 for
+//! particles); Kitagawa 1996 for systematic resampling; Huber 1964 for outliers; Tobin 1958 for the
 //! mean of an observation clipped at zero.
 //!
-//! One update costs (2 x entries x rates) Kalman steps and is bit-reproducible.
+//! One update costs (2 x particles x entries x rates) Kalman steps and is bit-reproducible: the random
+//! numbers of a block are keyed by its content, so equal histories have equal states, whoever they
+//! belong to and however they arrived.
 
-use domain::{FaultGroup, FaultModel};
+use domain::{FaultGroup, FaultModel, Stream};
 
 use crate::{
     block::Block,
+    clipping::ClippedMean,
+    growth_changes::GrowthChanges,
     kalman::{Measurement, Track, Transition},
     posterior::Posterior,
     prior::{BiasPrior, FleetPrior},
@@ -23,6 +31,8 @@ use crate::{
 
 /// Standard deviation of every deviation at the start of a life.
 const START_SD: f64 = 1e-3;
+/// Of all random numbers.
+const SEED: u64 = 0;
 
 /// The state of the filter; cloning it is a checkpoint.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,12 +40,25 @@ pub struct Filter {
     pub(crate) model: FaultModel,
     pub(crate) rates_per_h: Vec<f64>,
     pub(crate) process_noise: f64,
+    pub(crate) growth_changes: Option<GrowthChanges>,
+    clipped_mean: ClippedMean,
     /// Time that the state belongs to, hours since the start of the life.
     pub(crate) t_fh: f64,
     /// Observations seen.
     pub(crate) observations: usize,
+    /// The first stands for constant growth, all others for growth that changes.
+    pub(crate) particles: Vec<Particle>,
+}
+
+/// One hypothesis about the growth so far.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Particle {
+    /// Log of its weight before any evidence; resampling takes the evidence of the past out of it.
+    log_prior: f64,
+    /// The present growth multiplier.
+    pub growth: f64,
     /// One per group of the model.
-    pub(crate) modes: Vec<Mode>,
+    pub modes: Vec<Mode>,
 }
 
 /// A fault group under its two hypotheses.
@@ -77,13 +100,17 @@ impl Filter {
                 dominant: Bank::new(group, &kind.rate_weights, kind.dominant),
             }
         };
+        let modes: Vec<Mode> = model.groups.iter().map(mode).collect();
+        let growth_changes = prior.growth_changes.filter(|changes| changes.probability > 0.0);
         Self {
-            modes: model.groups.iter().map(mode).collect(),
             model: model.clone(),
             rates_per_h: prior.rates_per_h.clone(),
             process_noise: prior.process_noise,
+            growth_changes,
+            clipped_mean: prior.clipped_mean,
             t_fh: 0.0,
             observations: 0,
+            particles: particles(&modes, growth_changes),
         }
     }
 
@@ -91,11 +118,20 @@ impl Filter {
     pub fn update(&mut self, block: &Block) {
         assert!(block.centre_fh >= self.t_fh, "blocks in the order of the life");
         let dt_h = block.centre_fh - self.t_fh;
-        let steps: Vec<Transition> =
-            self.rates_per_h.iter().map(|&rate| Transition::new(rate, self.process_noise, dt_h)).collect();
-        for mode in &mut self.modes {
-            mode.minor.update(&steps, block, &self.model.nominal);
-            mode.dominant.update(&steps, block, &self.model.nominal);
+        let stream = self.growth_changes.map(|changes| (changes, stream(block)));
+        for (index, particle) in self.particles.iter_mut().enumerate() {
+            if let (Some((changes, stream)), 1..) = (&stream, index) {
+                particle.growth *= changes.factor_within(dt_h, &mut stream.substream(index as u64));
+            }
+            let step = |&rate: &f64| Transition::new(particle.growth * rate, self.process_noise, dt_h);
+            let steps: Vec<Transition> = self.rates_per_h.iter().map(step).collect();
+            for mode in &mut particle.modes {
+                mode.minor.update(&steps, block, &self.model.nominal, self.clipped_mean);
+                mode.dominant.update(&steps, block, &self.model.nominal, self.clipped_mean);
+            }
+        }
+        if let Some((_, stream)) = stream {
+            resample(&mut self.particles[1..], &mut stream.substream(0));
         }
         self.t_fh = block.centre_fh;
         self.observations += block.observations.len();
@@ -106,15 +142,70 @@ impl Filter {
         Posterior::of(self)
     }
 
-    /// Log of prior times likelihood of each group being the dominant one.
-    pub(crate) fn log_dominance(&self) -> Vec<f64> {
-        let minor: Vec<f64> = self.modes.iter().map(|mode| log_sum(&mode.minor.log_weights)).collect();
-        let all_minor: f64 = minor.iter().sum();
-        let instead = |(mode, minor): (&Mode, &f64)| {
-            mode.log_dominance + log_sum(&mode.dominant.log_weights) + (all_minor - minor)
-        };
-        self.modes.iter().zip(&minor).map(instead).collect()
+    /// Log of the probability of everything seen, up to a constant.
+    pub(crate) fn log_evidence(&self) -> f64 {
+        log_sum(&self.particles.iter().map(Particle::log_weight).collect::<Vec<_>>())
     }
+}
+
+/// All particles at the start of a life.
+fn particles(modes: &[Mode], growth_changes: Option<GrowthChanges>) -> Vec<Particle> {
+    let particle = |prior: f64, growth| Particle { log_prior: libm::log(prior), growth, modes: modes.to_vec() };
+    let Some(changes) = growth_changes else {
+        return vec![particle(1.0, 1.0)];
+    };
+    let share = changes.probability / changes.particles as f64;
+    let mut particles = vec![particle(1.0 - changes.probability, 1.0)];
+    particles.extend(vec![particle(share, changes.start); changes.particles]);
+    particles
+}
+
+/// The random numbers of a block.
+fn stream(block: &Block) -> Stream {
+    let numbers = std::iter::once(&block.centre_fh).chain(&block.mean);
+    let content: Vec<String> = numbers.map(|number| number.to_bits().to_string()).collect();
+    let mut key = vec!["growth changes"];
+    key.extend(content.iter().map(String::as_str));
+    Stream::new(SEED, &key)
+}
+
+/// Systematic resampling when fewer than half of the particles carry the weight.
+fn resample(particles: &mut [Particle], stream: &mut Stream) {
+    let log_weights: Vec<f64> = particles.iter().map(Particle::log_weight).collect();
+    let n = particles.len() as f64;
+    let weights = normalised(&log_weights);
+    if weights.iter().map(|weight| weight * weight).sum::<f64>() * n <= 2.0 {
+        return;
+    }
+    let log_share = log_sum(&log_weights) - libm::log(n);
+    let (mut chosen, mut parent, mut up_to) = (Vec::with_capacity(particles.len()), 0, weights[0]);
+    let offset = stream.uniform();
+    for index in 0..particles.len() {
+        while up_to * n < index as f64 + offset && parent + 1 < particles.len() {
+            parent += 1;
+            up_to += weights[parent];
+        }
+        let Particle { growth, modes, .. } = particles[parent].clone();
+        let log_evidence = log_sum(&log_dominance(&modes));
+        chosen.push(Particle { log_prior: log_share - log_evidence, growth, modes });
+    }
+    particles.clone_from_slice(&chosen);
+}
+
+impl Particle {
+    /// Log of its weight, evidence included; not normalised.
+    pub fn log_weight(&self) -> f64 {
+        self.log_prior + log_sum(&log_dominance(&self.modes))
+    }
+}
+
+/// Log of prior times likelihood of each group being the dominant one.
+pub(crate) fn log_dominance(modes: &[Mode]) -> Vec<f64> {
+    let minor: Vec<f64> = modes.iter().map(|mode| log_sum(&mode.minor.log_weights)).collect();
+    let all_minor: f64 = minor.iter().sum();
+    let instead =
+        |(mode, minor): (&Mode, &f64)| mode.log_dominance + log_sum(&mode.dominant.log_weights) + (all_minor - minor);
+    modes.iter().zip(&minor).map(instead).collect()
 }
 
 impl Bank {
@@ -134,13 +225,13 @@ impl Bank {
         Self { log_weights: rate_weights.iter().map(|&weight| libm::log(weight)).collect(), axes }
     }
 
-    fn update(&mut self, steps: &[Transition], block: &Block, nominal: &[f64]) {
+    fn update(&mut self, steps: &[Transition], block: &Block, nominal: &[f64], clipped_mean: ClippedMean) {
         for axis in &mut self.axes {
             let measured = Measurement {
                 value: block.mean[axis.entry] - nominal[axis.entry],
                 variance: block.variance[axis.entry],
                 sigma: block.sigma[axis.entry],
-                clipped: axis.clipped,
+                clipped: axis.clipped.then_some(clipped_mean),
             };
             for ((track, step), log_weight) in axis.tracks.iter_mut().zip(steps).zip(&mut self.log_weights) {
                 track.predict(step);

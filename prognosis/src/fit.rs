@@ -4,7 +4,7 @@
 //! and the process noise.
 //! **Update rule**: expectation maximisation. E-step: the whole filter over each history. M-step:
 //! mean posterior weights of the rates, smoothed by (1/4, 1/2, 1/4); moments of the biases of
-//! dominant and minor groups; mean probability of being dominant. After each round the process noise
+//! dominant and minor groups; mean probability of being dominant, and of growth that changes. After each round the process noise
 //! takes a step up or down where that raises the evidence.
 //! **Requirements**: offline; parallel over histories, summed in their order, so the result does not
 //! depend on the number of threads.
@@ -15,13 +15,14 @@ use rayon::prelude::*;
 
 use crate::{
     block::{Block, Observation, blocks},
-    filter::{Filter, log_sum},
-    posterior::{BankPosterior, Posterior},
+    filter::Filter,
+    growth_changes::GrowthChanges,
+    posterior::BankPosterior,
     prior::{BiasPrior, FleetPrior, GroupPrior},
 };
 
-/// Ratio of the steps in which the process noise is sought.
-const NOISE_STEP: f64 = 1.1;
+/// Steps in which the process noise is sought.
+const NOISE_FACTORS: [f64; 3] = [1.0, 1.1, 1.0 / 1.1];
 
 /// How to learn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,20 +51,33 @@ pub fn fit_prior(
     model: &FaultModel,
     settings: &FitSettings,
 ) -> Result<FleetPrior, NoHistory> {
+    fit_prior_from(FleetPrior::vague(), histories, model, settings)
+}
+
+/// [`fit_prior`] from a first guess, whose grid of rates, law of growth changes and understanding of clipped
+/// observations stay. Of the law the probability that growth changes is learned. The filter with changes is
+/// dear, so that with them the process noise stays too: learn it without them first.
+pub fn fit_prior_from(
+    guess: FleetPrior,
+    histories: &[Vec<Observation>],
+    model: &FaultModel,
+    settings: &FitSettings,
+) -> Result<FleetPrior, NoHistory> {
     let lives: Vec<Vec<Block>> =
         histories.par_iter().map(|history| blocks(history)).filter(|life| !life.is_empty()).collect();
     if lives.is_empty() {
         return Err(NoHistory { histories: histories.len() });
     }
-    let mut prior = FleetPrior::vague();
+    let mut prior = guess;
     for _ in 0..settings.rounds {
-        let candidates = [1.0, NOISE_STEP, 1.0 / NOISE_STEP].map(|factor| {
+        let factors: &[f64] = if prior.growth_changes.is_some() { &[1.0] } else { &NOISE_FACTORS };
+        let candidates = factors.iter().map(|factor| {
             let candidate = FleetPrior { process_noise: factor * prior.process_noise, ..prior.clone() };
             let summary = expect(&lives, model, &candidate);
             (candidate, summary)
         });
-        let best = candidates.into_iter().reduce(|a, b| if b.1.log_evidence > a.1.log_evidence { b } else { a });
-        let (candidate, summary) = best.expect("three candidates");
+        let best = candidates.reduce(|a, b| if b.1.log_evidence > a.1.log_evidence { b } else { a });
+        let (candidate, summary) = best.expect("a candidate");
         prior = summary.maximise(&candidate);
     }
     Ok(prior)
@@ -72,6 +86,9 @@ pub fn fit_prior(
 /// Expected sufficient statistics of lives.
 #[derive(Debug, Clone, Default)]
 struct Summary {
+    lives: f64,
+    /// Expected number of lives whose growth changes.
+    changing: f64,
     log_evidence: f64,
     one_sided: Kind,
     pair: Kind,
@@ -110,21 +127,32 @@ impl Summary {
         for block in life {
             filter.update(block);
         }
-        let mut summary = Self { log_evidence: log_sum(&filter.log_dominance()), ..Self::default() };
-        let Posterior { modes, .. } = filter.posterior();
-        for (mode, group) in modes.iter().zip(&model.groups) {
-            let kind = match group {
-                FaultGroup::OneSided { .. } => &mut summary.one_sided,
-                FaultGroup::Pair { .. } => &mut summary.pair,
-            };
-            kind.groups += 1.0;
-            kind.observe(&mode.minor, 1.0 - mode.dominant_probability, |kind| &mut kind.minor);
-            kind.observe(&mode.dominant, mode.dominant_probability, |kind| &mut kind.dominant);
+        let posterior = filter.posterior();
+        let mut summary = Self {
+            lives: 1.0,
+            log_evidence: filter.log_evidence(),
+            changing: posterior.changing_probability(),
+            ..Self::default()
+        };
+        for particle in &posterior.particles {
+            for (mode, group) in particle.modes.iter().zip(&model.groups) {
+                let kind = match group {
+                    FaultGroup::OneSided { .. } => &mut summary.one_sided,
+                    FaultGroup::Pair { .. } => &mut summary.pair,
+                };
+                let dominant = particle.weight * mode.dominant_probability;
+                let minor = particle.weight * (1.0 - mode.dominant_probability);
+                kind.groups += particle.weight;
+                kind.observe(&mode.minor, minor, |kind| &mut kind.minor);
+                kind.observe(&mode.dominant, dominant, |kind| &mut kind.dominant);
+            }
         }
         summary
     }
 
     fn add(&mut self, other: &Self) {
+        self.lives += other.lives;
+        self.changing += other.changing;
         self.log_evidence += other.log_evidence;
         self.one_sided.add(&other.one_sided);
         self.pair.add(&other.pair);
@@ -132,7 +160,9 @@ impl Summary {
 
     /// M-step.
     fn maximise(&self, prior: &FleetPrior) -> FleetPrior {
+        let probability = self.changing / self.lives;
         FleetPrior {
+            growth_changes: prior.growth_changes.map(|changes| GrowthChanges { probability, ..changes }),
             one_sided: self.one_sided.maximise(&prior.one_sided, true),
             pair: self.pair.maximise(&prior.pair, false),
             ..prior.clone()

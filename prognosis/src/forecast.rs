@@ -4,7 +4,7 @@
 //! side of the boundary.
 //! **Update rule**: a draw from the posterior is carried forward in coarse exact steps of the linear
 //! stochastic growth (noise grows with the square root of time), one-sided faults reflected at
-//! nominal. The step that ends faulty is halved by Brownian bridges, so that the path is refined
+//! nominal; steps end where the growth of the draw changes. The step that ends faulty is halved by Brownian bridges, so that the path is refined
 //! only around its crossing, and the margin is interpolated linearly inside the last step.
 //! **Requirements**: a margin that is continuous along paths. About log2(coarse) + life/coarse
 //! evaluations of the boundary per draw, and one per group for the attribution.
@@ -16,6 +16,7 @@ use domain::{FaultGroup, Stream};
 
 use crate::{
     boundary::Boundary,
+    growth_changes::GrowthChanges,
     kalman::Transition,
     posterior::{Draw, Posterior},
     prior::FailureTimeError,
@@ -73,12 +74,11 @@ pub fn forecast(
     settings: &ForecastSettings,
     stream: &Stream,
 ) -> Forecast {
-    let ladder = Ladder::new(posterior, settings.step_fh);
     let (mut ends_fh, mut drivers) = (Vec::with_capacity(settings.draws), Vec::with_capacity(settings.draws));
     for index in 0..settings.draws {
         let mut stream = stream.substream(index as u64);
         let delay_fh = error.map_or(0.0, |error| error.offset_fh + error.sd_fh * stream.normal()) - lag_fh;
-        let mut path = Path::new(posterior, &ladder, boundary, stream);
+        let mut path = Path::new(posterior, settings.step_fh, boundary, stream);
         let crossing = path.cross(settings.horizon_fh - delay_fh);
         ends_fh.push(crossing.map(|t_fh| (t_fh + delay_fh).max(0.0)).filter(|&end| end < settings.horizon_fh));
         drivers.push(path.driver());
@@ -87,30 +87,48 @@ pub fn forecast(
     Forecast { failed_fraction: failed as f64 / settings.draws.max(1) as f64, ends_fh, drivers }
 }
 
-/// The steps of 2^i fine steps at each rate: `steps[i][rate]`.
-struct Ladder {
-    step_fh: f64,
-    steps: Vec<Vec<Transition>>,
+/// The growth multiplier of one draw, from now on.
+struct Growth {
+    multiplier: f64,
+    /// The law, its random numbers, and when the next change comes, hours from now.
+    changes: Option<(GrowthChanges, Stream, f64)>,
 }
 
-impl Ladder {
-    fn new(posterior: &Posterior, step_fh: f64) -> Self {
-        let rung = |i: usize| {
-            let dt_fh = step_fh * (1u64 << i) as f64;
-            let step = |&rate: &f64| Transition::new(rate, posterior.process_noise, dt_fh);
-            posterior.rates_per_h.iter().map(step).collect()
-        };
-        Self { step_fh, steps: (0..=HALVINGS).map(rung).collect() }
+impl Growth {
+    fn new(draw: &Draw, stream: &Stream) -> Self {
+        let changes = draw.changes.map(|law| {
+            let mut stream = stream.substream(0);
+            let first_fh = law.wait_fh(&mut stream);
+            (law, stream, first_fh)
+        });
+        Self { multiplier: draw.growth, changes }
+    }
+
+    /// Hours without a change from `t_fh` on, at most `longest_fh`.
+    fn constant_fh(&self, t_fh: f64, longest_fh: f64) -> f64 {
+        self.changes.as_ref().map_or(longest_fh, |(_, _, next_fh)| f64::min(longest_fh, next_fh - t_fh))
+    }
+
+    /// Makes the change that comes at `t_fh`, if one does.
+    fn change_at(&mut self, t_fh: f64) {
+        if let Some((law, stream, next_fh)) = &mut self.changes
+            && t_fh >= *next_fh
+        {
+            self.multiplier *= law.factor(stream);
+            *next_fh = t_fh + law.wait_fh(stream);
+        }
     }
 }
 
 /// One draw on its way to the boundary.
 struct Path<'a> {
     posterior: &'a Posterior,
-    ladder: &'a Ladder,
     boundary: &'a dyn Boundary,
+    /// Resolution around the crossing, hours.
+    step_fh: f64,
     stream: Stream,
     draw: Draw,
+    growth: Growth,
     one_sided: Vec<bool>,
     /// Where the path is: deviation from nominal.
     x: Vec<f64>,
@@ -119,7 +137,7 @@ struct Path<'a> {
 }
 
 impl<'a> Path<'a> {
-    fn new(posterior: &'a Posterior, ladder: &'a Ladder, boundary: &'a dyn Boundary, mut stream: Stream) -> Self {
+    fn new(posterior: &'a Posterior, step_fh: f64, boundary: &'a dyn Boundary, mut stream: Stream) -> Self {
         let draw = posterior.draw(&mut stream);
         let mut one_sided = vec![false; draw.deviation.len()];
         for group in &posterior.model.groups {
@@ -130,9 +148,10 @@ impl<'a> Path<'a> {
         let mut path = Self {
             x: draw.deviation.clone(),
             faults: draw.deviation.clone(),
+            growth: Growth::new(&draw, &stream),
             posterior,
-            ladder,
             boundary,
+            step_fh,
             stream,
             draw,
             one_sided,
@@ -145,29 +164,37 @@ impl<'a> Path<'a> {
 
     /// First crossing of the boundary in hours from the start of the path, unless it is after `until_fh`.
     fn cross(&mut self, until_fh: f64) -> Option<f64> {
-        let coarse_fh = self.ladder.step_fh * (1u64 << HALVINGS) as f64;
+        let coarse_fh = self.step_fh * (1u64 << HALVINGS) as f64;
         let mut margin = self.margin(&self.x.clone());
         if margin <= 0.0 {
             return Some(0.0);
         }
         let mut t_fh = 0.0;
         while t_fh < until_fh {
-            let next = self.advance();
+            let dt_fh = self.growth.constant_fh(t_fh, coarse_fh);
+            let next = self.advance(dt_fh);
             let next_margin = self.margin(&next);
             if next_margin <= 0.0 {
-                return Some(t_fh + self.refine(next, margin, next_margin));
+                return Some(t_fh + self.refine(next, dt_fh, margin, next_margin));
             }
             (self.x, margin) = (next, next_margin);
-            t_fh += coarse_fh;
+            t_fh += dt_fh;
+            self.growth.change_at(t_fh);
         }
         None
     }
 
+    /// The step of an entry over `dt_fh`.
+    fn step(&self, entry: usize, dt_fh: f64) -> Transition {
+        let rate_per_h = self.growth.multiplier * self.posterior.rates_per_h[self.draw.rates[entry]];
+        Transition::new(rate_per_h, self.posterior.process_noise, dt_fh)
+    }
+
     /// One coarse step.
-    fn advance(&mut self) -> Vec<f64> {
+    fn advance(&mut self, dt_fh: f64) -> Vec<f64> {
         let mut next = self.x.clone();
         for (entry, x) in next.iter_mut().enumerate() {
-            let step = &self.ladder.steps[HALVINGS][self.draw.rates[entry]];
+            let step = self.step(entry, dt_fh);
             let moved =
                 step.growth * *x + step.drive * self.draw.bias_per_h[entry] + step.noise.sqrt() * self.stream.normal();
             *x = self.reflected(entry, moved);
@@ -175,31 +202,32 @@ impl<'a> Path<'a> {
         next
     }
 
-    /// Crossing inside the coarse step from here to `end`, hours from here; moves to just behind it.
-    fn refine(&mut self, mut end: Vec<f64>, mut margin: f64, mut end_margin: f64) -> f64 {
+    /// Crossing inside the coarse step of `dt_fh` from here to `end`, hours from here; moves to just behind it.
+    fn refine(&mut self, mut end: Vec<f64>, mut dt_fh: f64, mut margin: f64, mut end_margin: f64) -> f64 {
         let mut before_fh = 0.0;
-        for i in (0..HALVINGS).rev() {
-            let middle = self.bridge(&end, i);
+        while dt_fh > self.step_fh {
+            dt_fh *= 0.5;
+            let middle = self.bridge(&end, dt_fh);
             let middle_margin = self.margin(&middle);
             if middle_margin <= 0.0 {
                 (end, end_margin) = (middle, middle_margin);
             } else {
                 (self.x, margin) = (middle, middle_margin);
-                before_fh += self.ladder.step_fh * (1u64 << i) as f64;
+                before_fh += dt_fh;
             }
         }
         self.x = end;
-        before_fh + self.ladder.step_fh * margin / (margin - end_margin)
+        before_fh + dt_fh * margin / (margin - end_margin)
     }
 
-    /// A point half way between here and `end`, two steps of 2^i fine ones apart.
+    /// A point half way between here and `end`, which is two steps of `dt_fh` away.
     ///
     /// With x_m ~ N(E x + d, q) and end | x_m ~ N(E x_m + d, q): mean E x + d + (end - E (E x + d) - d)
     /// E / (E^2 + 1), variance q / (E^2 + 1).
-    fn bridge(&mut self, end: &[f64], i: usize) -> Vec<f64> {
+    fn bridge(&mut self, end: &[f64], dt_fh: f64) -> Vec<f64> {
         let mut middle = self.x.clone();
         for (entry, x) in middle.iter_mut().enumerate() {
-            let Transition { growth, drive, noise } = self.ladder.steps[i][self.draw.rates[entry]];
+            let Transition { growth, drive, noise } = self.step(entry, dt_fh);
             let drift = drive * self.draw.bias_per_h[entry];
             let expected = growth * *x + drift;
             let pull = growth / (growth * growth + 1.0);

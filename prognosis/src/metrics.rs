@@ -52,8 +52,16 @@ pub fn relative_error(predicted_fh: f64, truth_fh: f64) -> f64 {
 
 /// Relative accuracy 1 - |error| / truth of the mean.
 pub fn relative_accuracy(draws: &[Option<f64>], truth_fh: f64, horizon_fh: f64) -> f64 {
-    let mean = draws.iter().map(|draw| draw.unwrap_or(horizon_fh)).sum::<f64>() / draws.len() as f64;
-    1.0 - relative_error(mean, truth_fh).abs()
+    1.0 - relative_error(mean_fh(draws, horizon_fh), truth_fh).abs()
+}
+
+fn mean_fh(draws: &[Option<f64>], horizon_fh: f64) -> f64 {
+    draws.iter().map(|draw| draw.unwrap_or(horizon_fh)).sum::<f64>() / draws.len() as f64
+}
+
+/// Share of the draws that go on for more than `hours`; censored ones do.
+pub fn survival(draws: &[Option<f64>], hours: f64) -> f64 {
+    draws.iter().filter(|draw| draw.is_none_or(|end| end > hours)).count() as f64 / draws.len() as f64
 }
 
 /// Share of the draws strictly within `alpha` x truth of the truth.
@@ -98,11 +106,45 @@ pub fn alpha_lambda(
     Some(criterion.met(judged, failure_fh))
 }
 
-/// True remaining life at the first prediction before failure that meets the criterion, whether or
-/// not later ones do.
-pub fn prognostic_horizon_fh(predictions: &[Prediction], failure_fh: f64, criterion: &Criterion) -> Option<f64> {
-    let mut before = predictions.iter().filter(|prediction| prediction.t_fh < failure_fh);
-    before.find(|prediction| criterion.met(prediction, failure_fh)).map(|prediction| failure_fh - prediction.t_fh)
+/// How early a series of predictions gets good.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Horizon {
+    /// True remaining life at the first good prediction before failure, whether or not later ones are good.
+    pub first_fh: Option<f64>,
+    /// True remaining life at the first prediction from which on all until failure are good.
+    pub sustained_fh: Option<f64>,
+}
+
+impl Horizon {
+    /// Of the predictions before failure, in order of time, and what counts as good.
+    pub fn of(predictions: &[Prediction], failure_fh: f64, good: impl Fn(&Prediction) -> bool) -> Self {
+        let mut horizon = Self::default();
+        for prediction in predictions.iter().filter(|prediction| prediction.t_fh < failure_fh) {
+            if good(prediction) {
+                let left_fh = failure_fh - prediction.t_fh;
+                horizon.first_fh.get_or_insert(left_fh);
+                horizon.sustained_fh.get_or_insert(left_fh);
+            } else {
+                horizon.sustained_fh = None;
+            }
+        }
+        horizon
+    }
+
+    /// Good is what meets a criterion, whose band narrows with the remaining life.
+    pub fn by_criterion(predictions: &[Prediction], failure_fh: f64, criterion: &Criterion) -> Self {
+        Self::of(predictions, failure_fh, |prediction| criterion.met(prediction, failure_fh))
+    }
+
+    /// Good is a median within `share` of the whole life of the truth; a censored median is not.
+    pub fn by_life(predictions: &[Prediction], failure_fh: f64, share: f64) -> Self {
+        Self::of(predictions, failure_fh, |prediction| {
+            let draws = cut(&prediction.draws, f64::INFINITY);
+            let n = draws.len();
+            let median_fh = 0.5 * (draws[(n - 1) / 2] + draws[n / 2]);
+            (prediction.t_fh + median_fh - failure_fh).abs() <= share * failure_fh
+        })
+    }
 }
 
 /// Mean of the [`relative_accuracy`] over the predictions before failure.
@@ -110,4 +152,26 @@ pub fn cumulative_relative_accuracy(predictions: &[Prediction], failure_fh: f64,
     let before = predictions.iter().filter(|prediction| prediction.t_fh < failure_fh);
     let accuracies: Vec<f64> = before.map(|p| relative_accuracy(&p.draws, failure_fh - p.t_fh, horizon_fh)).collect();
     accuracies.iter().sum::<f64>() / accuracies.len() as f64
+}
+
+/// Mean over all predictions of the relative accuracy of the absolute time of failure. It flatters: an
+/// error weighs the less the later it is made, and a shifted origin of time changes it.
+pub fn cumulative_event_accuracy(predictions: &[Prediction], failure_fh: f64, horizon_fh: f64) -> f64 {
+    let accuracy = |prediction: &Prediction| {
+        1.0 - relative_error(prediction.t_fh + mean_fh(&prediction.draws, horizon_fh), failure_fh).abs()
+    };
+    predictions.iter().map(accuracy).sum::<f64>() / predictions.len() as f64
+}
+
+/// |sum of the signs of the changes| / number of changes, of the mean remaining life from prediction to
+/// prediction: one when it only falls. `None` with fewer than two predictions.
+pub fn monotonicity(predictions: &[Prediction], horizon_fh: f64) -> Option<f64> {
+    let means: Vec<f64> = predictions.iter().map(|prediction| mean_fh(&prediction.draws, horizon_fh)).collect();
+    let sign = |pair: &[f64]| match pair[1].total_cmp(&pair[0]) {
+        std::cmp::Ordering::Less => -1.0,
+        std::cmp::Ordering::Equal => 0.0,
+        std::cmp::Ordering::Greater => 1.0,
+    };
+    let signs = means.windows(2).map(sign).sum::<f64>();
+    (means.len() > 1).then(|| signs.abs() / (means.len() - 1) as f64)
 }

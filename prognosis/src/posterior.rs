@@ -3,24 +3,38 @@
 use domain::{FaultGroup, FaultModel, FaultTrend, Propagation, Stream};
 
 use crate::{
-    filter::{Axis, Bank, Filter, normalised},
+    filter::{Axis, Bank, Filter, Particle, log_dominance, normalised},
+    growth_changes::GrowthChanges,
     kalman::Track,
 };
 
-/// The estimator's name in reports.
-pub(crate) const ESTIMATOR: &str = "rbg";
 /// Columns of B: u = [1, load, temperature].
 const INPUTS: usize = 3;
 
-/// A mixture over (dominant group, rates) of Gaussians in (deviation, bias).
+/// The estimator's name in reports, which tells whether growth may change.
+pub(crate) fn estimator(growth_changes: bool) -> &'static str {
+    if growth_changes { "rbg_jumps" } else { "rbg" }
+}
+
+/// A mixture over (growth, dominant group, rates) of Gaussians in (deviation, bias).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Posterior {
     pub(crate) model: FaultModel,
     pub(crate) rates_per_h: Vec<f64>,
     pub(crate) process_noise: f64,
+    pub(crate) growth_changes: Option<GrowthChanges>,
     t_fh: f64,
     observations: usize,
-    pub(crate) modes: Vec<ModePosterior>,
+    pub(crate) particles: Vec<ParticlePosterior>,
+}
+
+/// One hypothesis about the growth so far.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ParticlePosterior {
+    pub weight: f64,
+    /// The present growth multiplier.
+    pub growth: f64,
+    pub modes: Vec<ModePosterior>,
 }
 
 /// One group of the fault model.
@@ -64,6 +78,10 @@ pub struct Moments {
 /// One draw from the posterior, per entry of the fault vector.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Draw {
+    /// The present growth multiplier.
+    pub growth: f64,
+    /// How it changes from now on, if it does.
+    pub changes: Option<GrowthChanges>,
     /// Which rate of the grid.
     pub rates: Vec<usize>,
     /// Deviation from nominal at the centre of the last block.
@@ -74,15 +92,14 @@ pub(crate) struct Draw {
 
 impl Posterior {
     pub(crate) fn of(filter: &Filter) -> Self {
-        let bank = |bank: &Bank| BankPosterior { weights: normalised(&bank.log_weights), axes: bank.axes.clone() };
-        let modes = filter.modes.iter().zip(normalised(&filter.log_dominance())).map(|(mode, dominant_probability)| {
-            ModePosterior { dominant_probability, minor: bank(&mode.minor), dominant: bank(&mode.dominant) }
-        });
+        let log_weights: Vec<f64> = filter.particles.iter().map(Particle::log_weight).collect();
+        let particles = filter.particles.iter().zip(normalised(&log_weights));
         Self {
-            modes: modes.collect(),
+            particles: particles.map(|(particle, weight)| ParticlePosterior::of(particle, weight)).collect(),
             model: filter.model.clone(),
             rates_per_h: filter.rates_per_h.clone(),
             process_noise: filter.process_noise,
+            growth_changes: filter.growth_changes,
             t_fh: filter.t_fh,
             observations: filter.observations,
         }
@@ -95,26 +112,46 @@ impl Posterior {
 
     /// Probability of each group of the fault model being the dominant one.
     pub fn dominance(&self) -> Vec<f64> {
-        self.modes.iter().map(|mode| mode.dominant_probability).collect()
+        let of_group = |group: usize| {
+            self.particles.iter().map(|particle| particle.weight * particle.modes[group].dominant_probability).sum()
+        };
+        (0..self.model.groups.len()).map(of_group).collect()
+    }
+
+    /// The present growth multiplier: one at the start of a life whose growth never changes.
+    pub fn growth(&self) -> Moments {
+        Moments::of(self.particles.iter().map(|particle| (particle.weight, particle.growth, 0.0)))
+    }
+
+    /// Probability that the growth of this life changes.
+    pub fn changing_probability(&self) -> f64 {
+        self.particles[1..].iter().map(|particle| particle.weight).sum()
     }
 
     /// What is known about each entry of the fault vector.
     pub fn entries(&self) -> Vec<EntryEstimate> {
         let mut entries = vec![None; self.model.len()];
-        for (mode, group) in self.modes.iter().zip(&self.model.groups) {
-            for axis in 0..mode.minor.axes.len() {
-                let mut estimate = self.entry(mode, axis);
+        for (index, group) in self.model.groups.iter().enumerate() {
+            for (axis, &entry) in group_entries(group).iter().enumerate() {
+                let mut estimate = self.entry(index, axis);
                 if matches!(group, FaultGroup::OneSided { .. }) {
                     estimate.deviation.mean = estimate.deviation.mean.max(0.0);
                 }
-                entries[mode.minor.axes[axis].entry] = Some(estimate);
+                entries[entry] = Some(estimate);
             }
         }
         entries.into_iter().map(|entry| entry.expect("every entry of the fault vector is in one group")).collect()
     }
 
-    fn entry(&self, mode: &ModePosterior, axis: usize) -> EntryEstimate {
-        let parts = || mode.mixture(axis).map(|(weight, rate, track)| (weight, self.rates_per_h[rate], track));
+    fn entry(&self, group: usize, axis: usize) -> EntryEstimate {
+        let parts = || {
+            self.particles.iter().flat_map(move |particle| {
+                let parts = particle.modes[group].mixture(axis);
+                parts.map(|(weight, rate, track)| {
+                    (particle.weight * weight, particle.growth * self.rates_per_h[rate], track)
+                })
+            })
+        };
         EntryEstimate {
             deviation: Moments::of(parts().map(|(weight, _, track)| (weight, track.x, track.p_xx))),
             trend_per_h: Moments::of(parts().map(|(weight, rate, track)| {
@@ -157,17 +194,28 @@ impl Posterior {
             state_matrix_sigma: diagonal(|entry| entry.rate_per_h.sigma),
             control_matrix: first_column(|entry| entry.bias_per_h.mean),
             control_matrix_sigma: first_column(|entry| entry.bias_per_h.sigma),
-            estimator: ESTIMATOR.to_owned(),
+            estimator: estimator(self.growth_changes.is_some()).to_owned(),
             observations: self.observations,
         }
     }
 
-    /// One draw: the dominant group, then a rate for each group, then deviation and bias.
+    /// One draw: the growth where it may change, the dominant group, then a rate for each group, then deviation and bias.
     pub(crate) fn draw(&self, stream: &mut Stream) -> Draw {
         let n = self.model.len();
-        let mut draw = Draw { rates: vec![0; n], deviation: vec![0.0; n], bias_per_h: vec![0.0; n] };
-        let dominant = pick(self.modes.iter().map(|mode| mode.dominant_probability), stream);
-        for (group, mode) in self.modes.iter().enumerate() {
+        let chosen = match self.particles.len() {
+            1 => 0,
+            _ => pick(self.particles.iter().map(|particle| particle.weight), stream),
+        };
+        let particle = &self.particles[chosen];
+        let mut draw = Draw {
+            growth: particle.growth,
+            changes: self.growth_changes.filter(|_| chosen > 0),
+            rates: vec![0; n],
+            deviation: vec![0.0; n],
+            bias_per_h: vec![0.0; n],
+        };
+        let dominant = pick(particle.modes.iter().map(|mode| mode.dominant_probability), stream);
+        for (group, mode) in particle.modes.iter().enumerate() {
             let bank = if group == dominant { &mode.dominant } else { &mode.minor };
             let rate = pick(bank.weights.iter().copied(), stream);
             for axis in &bank.axes {
@@ -182,6 +230,19 @@ impl Posterior {
             }
         }
         draw
+    }
+}
+
+impl ParticlePosterior {
+    fn of(particle: &Particle, weight: f64) -> Self {
+        let bank = |bank: &Bank| BankPosterior { weights: normalised(&bank.log_weights), axes: bank.axes.clone() };
+        let dominance = normalised(&log_dominance(&particle.modes));
+        let modes = particle.modes.iter().zip(dominance).map(|(mode, dominant_probability)| ModePosterior {
+            dominant_probability,
+            minor: bank(&mode.minor),
+            dominant: bank(&mode.dominant),
+        });
+        Self { weight, growth: particle.growth, modes: modes.collect() }
     }
 }
 
@@ -203,6 +264,14 @@ impl Moments {
         let mean: f64 = parts.iter().map(|(weight, mean, _)| weight * mean).sum();
         let variance = |(weight, part, variance): &(f64, f64, f64)| weight * (variance + (part - mean) * (part - mean));
         Self { mean, sigma: parts.iter().map(variance).sum::<f64>().sqrt() }
+    }
+}
+
+/// Entries of the fault vector in the order of the axes of a group.
+fn group_entries(group: &FaultGroup) -> Vec<usize> {
+    match *group {
+        FaultGroup::OneSided { index } => vec![index],
+        FaultGroup::Pair { indices } => indices.into(),
     }
 }
 

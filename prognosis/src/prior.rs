@@ -3,6 +3,8 @@
 use domain::FaultGroup;
 use serde::{Deserialize, Serialize};
 
+use crate::{clipping::ClippedMean, growth_changes::GrowthChanges};
+
 /// Number of growth rates in the grid.
 const RATES: usize = 15;
 /// Ends of the grid, 1/h.
@@ -24,6 +26,12 @@ pub struct FleetPrior {
     pub process_noise: f64,
     /// Error of the surrogate boundary in failure time, where it has been learned.
     pub failure_time_error: Option<FailureTimeError>,
+    /// How the growth of a life changes; without it, growth is constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub growth_changes: Option<GrowthChanges>,
+    /// How observations clipped at nominal are understood; what was learned was learned with it.
+    #[serde(default, skip_serializing_if = "ClippedMean::is_default")]
+    pub clipped_mean: ClippedMean,
 }
 
 /// Prior of one kind of group.
@@ -80,7 +88,16 @@ impl FleetPrior {
             pair: GroupPrior { rate_weights, minor: bias(0.0, 5e-6), dominant: bias(0.0, 1.5e-5), dominance: 1.0 },
             process_noise: 2.5e-4,
             failure_time_error: None,
+            growth_changes: None,
+            clipped_mean: ClippedMean::default(),
         }
+    }
+
+    /// A guess from which to learn on with growth that may change: the usual law, and clipped observations
+    /// understood as they are made.
+    pub fn with_growth_changes(self) -> Self {
+        let growth_changes = Some(GrowthChanges::default());
+        Self { growth_changes, clipped_mean: ClippedMean::TrimmedT4, failure_time_error: None, ..self }
     }
 
     /// The prior of a group's kind.

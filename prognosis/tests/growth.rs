@@ -38,6 +38,7 @@ fn quiet_growth() -> Growth {
         rate_per_h: [rates[7], rates[3], rates[3], rates[5], rates[5]],
         bias_per_h: [2.5e-5, 4e-6, 4e-6, 3e-6, -3e-6],
         process_noise: 0.0,
+        changes: Vec::new(),
     }
 }
 

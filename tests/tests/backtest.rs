@@ -193,6 +193,13 @@ fn surrogate_prior_and_noise_are_learned_from_files() {
 }
 
 #[test]
+fn climatology_without_earlier_lives_is_refused_in_one_line() {
+    let bench = Bench::new();
+    let refused = bench.refused(&["--histories", &fixture("rul/histories.csv"), "--estimator", "climatology"]);
+    assert!(refused.contains("--prior"), "{refused}");
+}
+
+#[test]
 fn bad_files_are_refused_in_one_line() {
     let bench = Bench::new();
     let good = fixture("rul/histories.csv");

@@ -13,7 +13,7 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use prognosis::{
-    Estimator, PredictionSettings, Rbg, Thesis,
+    Climatology, Estimator, Linear, PredictionSettings, Rbg, Ridge, Thesis,
     backtest::{Replay, ReplaySettings, replay},
 };
 use rayon::prelude::*;
@@ -22,6 +22,8 @@ use self::{histories::Recorded, knowledge::Knowledge, metrics::Metrics};
 use crate::{exit::Failure, files::output::OutputFolder};
 
 const SEED: u64 = 1;
+/// Judged where none is named.
+const DEFAULT_ESTIMATORS: &[EstimatorName] = &[EstimatorName::Rbg, EstimatorName::Thesis];
 
 /// Judge estimators of remaining life on recorded histories of fault vectors.
 ///
@@ -84,6 +86,12 @@ enum EstimatorName {
     Rbg,
     /// Berri 2021, section 2.4, as it stands there
     Thesis,
+    /// How long earlier lives went on from the same age; needs --prior
+    Climatology,
+    /// The slope of the last 200 h goes on
+    Linear,
+    /// Rates and biases regressed with a pull towards those of the fleet
+    Ridge,
 }
 
 /// Between a tenth of an hour and more than any life.
@@ -97,6 +105,9 @@ fn hours(text: &str) -> Result<f64, String> {
 /// Judges the estimators.
 pub fn run(arguments: Arguments) -> Result<()> {
     let started = Instant::now();
+    if arguments.estimators.contains(&EstimatorName::Climatology) && arguments.prior.is_none() {
+        return Err(refuse("--estimator climatology needs the lives of --prior".to_owned()).into());
+    }
     let out = OutputFolder::new(&arguments.out)?;
     let bar = ProgressBar::new(0);
     bar.set_style(ProgressStyle::with_template("{msg:<32} {wide_bar} {pos}/{len} {eta}").expect("a valid template"));
@@ -122,15 +133,18 @@ pub fn run(arguments: Arguments) -> Result<()> {
     Ok(())
 }
 
-/// The chosen estimators in the order asked for, each once; without a choice all.
+/// The chosen estimators in the order asked for, each once.
 fn estimators<'a>(names: &[EstimatorName], knowledge: &'a Knowledge) -> Vec<Box<dyn Estimator + 'a>> {
-    let names = if names.is_empty() { EstimatorName::value_variants() } else { names };
+    let names = if names.is_empty() { DEFAULT_ESTIMATORS } else { names };
     let first = |(i, name): &(usize, &EstimatorName)| !names[..*i].contains(name);
-    let Knowledge { faults: model, surrogate: boundary, prior, .. } = knowledge;
+    let Knowledge { faults: model, surrogate: boundary, prior, lives_fh, .. } = knowledge;
     let estimator = |(_, name): (usize, &EstimatorName)| -> Box<dyn Estimator + 'a> {
         match name {
             EstimatorName::Rbg => Box::new(Rbg { model, prior, boundary }),
             EstimatorName::Thesis => Box::new(Thesis { model, boundary }),
+            EstimatorName::Climatology => Box::new(Climatology { lives_fh: lives_fh.clone() }),
+            EstimatorName::Linear => Box::new(Linear { model, prior, boundary }),
+            EstimatorName::Ridge => Box::new(Ridge { model, prior, boundary }),
         }
     };
     names.iter().enumerate().filter(first).map(estimator).collect()

@@ -7,6 +7,8 @@
 //!   depend neither on other runs nor on threads, and estimators are compared on common random numbers.
 //! - Source: Saxena et al. 2010.
 
+mod bootstrap;
+mod comparison;
 mod scoreboard;
 
 use domain::{RulDistribution, Stream};
@@ -14,10 +16,12 @@ use domain::{RulDistribution, Stream};
 use crate::{
     block::Observation,
     estimator::{Estimator, Follower, PredictionSettings},
-    metrics::{self, Criterion, Prediction},
+    metrics::{self, Criterion, Horizon, Prediction},
 };
 
-pub use scoreboard::{AlphaLambda, AtRul, Coverage, Horizons, Scoreboard};
+pub use bootstrap::{Bootstrap, BootstrapSettings, Interval};
+pub use comparison::Comparison;
+pub use scoreboard::{AlphaLambda, AtRul, Coverage, Horizons, LifeHorizons, RulBin, Scoreboard};
 
 /// Levels of the quantiles of a backtest: 2.5, 5, 10, 15, ..., 95, 97.5 %.
 pub const LEVELS: [f64; 21] = [
@@ -34,6 +38,8 @@ const FIRST_JUDGED_FH: f64 = 200.0;
 pub const LAMBDAS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
 /// The criterion of the alpha-lambda metric and of the prognostic horizon (Berri 2021, eq. 7.1).
 pub const CRITERION: Criterion = Criterion { alpha: 0.25, beta: 0.5 };
+/// Half width of the other band, that of the median, relative to the whole life.
+pub const LIFE_BAND: f64 = 0.1;
 
 /// One recorded life.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,10 +95,14 @@ pub struct RunScore {
     pub median_errors: [Option<f64>; 3],
     /// At each of [`LAMBDAS`]; `None` without a prediction from there on.
     pub alpha_lambda: [Option<bool>; 5],
-    /// Remaining life when the criterion is first met.
-    pub prognostic_horizon_fh: Option<f64>,
+    /// Remaining life when the criterion is met.
+    pub prognostic_horizon: Horizon,
+    /// Remaining life when the median is within [`LIFE_BAND`] of the life.
+    pub life_horizon: Horizon,
     /// `None` without a prediction before the failure.
     pub cumulative_relative_accuracy: Option<f64>,
+    /// The same of the absolute time of failure, which flatters.
+    pub cumulative_event_accuracy: Option<f64>,
 }
 
 /// One prediction against the truth.
@@ -108,6 +118,8 @@ pub struct PredictionScore {
     pub covered_80: bool,
     /// Whether the central 95 % interval does.
     pub covered_95: bool,
+    /// Whether the median is beyond the horizon: the estimator does not know the end.
+    pub undecided: bool,
 }
 
 /// Feeds a run to an estimator.
@@ -193,14 +205,19 @@ fn score(before: &[Prediction], failure_fh: f64, settings: &ReplaySettings) -> R
             pit: metrics::pit(draws, truth_fh),
             covered_80: metrics::covers(draws, 0.8, truth_fh),
             covered_95: metrics::covers(draws, 0.95, truth_fh),
+            undecided: 2 * draws.iter().filter(|draw| draw.is_none()).count() > draws.len(),
         }
     };
-    let accuracy = || metrics::cumulative_relative_accuracy(before, failure_fh, horizon_fh);
+    let some = |accuracy: fn(&[Prediction], f64, f64) -> f64| {
+        (!before.is_empty()).then(|| accuracy(before, failure_fh, horizon_fh))
+    };
     RunScore {
         predictions: before.iter().map(judge).collect(),
         median_errors: [None; 3],
         alpha_lambda: LAMBDAS.map(|lambda| metrics::alpha_lambda(before, failure_fh, &CRITERION, lambda * failure_fh)),
-        prognostic_horizon_fh: metrics::prognostic_horizon_fh(before, failure_fh, &CRITERION),
-        cumulative_relative_accuracy: (!before.is_empty()).then(accuracy),
+        prognostic_horizon: Horizon::by_criterion(before, failure_fh, &CRITERION),
+        life_horizon: Horizon::by_life(before, failure_fh, LIFE_BAND),
+        cumulative_relative_accuracy: some(metrics::cumulative_relative_accuracy),
+        cumulative_event_accuracy: some(metrics::cumulative_event_accuracy),
     }
 }

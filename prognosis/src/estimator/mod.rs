@@ -4,14 +4,21 @@
 //! which is given the observations one after the other and can be asked for a prediction at any time
 //! in between. So no estimator can look ahead, and one that works step by step never starts over.
 
+mod climatology;
+mod extrapolation;
+mod linear;
 mod rbg;
+mod ridge;
 mod thesis;
 
 use domain::{Propagation, Stream};
 
 use crate::block::Observation;
 
+pub use climatology::Climatology;
+pub use linear::Linear;
 pub use rbg::Rbg;
+pub use ridge::Ridge;
 pub use thesis::Thesis;
 
 /// A way to predict remaining useful life.

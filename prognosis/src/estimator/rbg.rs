@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// The Rao-Blackwellised growth-rate filter as an [`Estimator`]: [`Filter`] over closed blocks, then
-/// [`forecast`](forecast()). Before the first closed block it predicts from the fleet prior alone.
+/// [`forecast`](forecast()). It is called `rbg_jumps` with a prior that knows growth changes. Before the first closed block it predicts from the fleet prior alone.
 pub struct Rbg<'a> {
     /// Names, nominal values and groups of the faults.
     pub model: &'a FaultModel,
@@ -25,7 +25,7 @@ pub struct Rbg<'a> {
 
 impl Estimator for Rbg<'_> {
     fn name(&self) -> &'static str {
-        posterior::ESTIMATOR
+        posterior::estimator(self.prior.growth_changes.is_some())
     }
 
     fn follow(&self) -> Box<dyn Follower + '_> {

@@ -14,6 +14,8 @@ pub struct Growth {
     pub rate_per_h: [f64; 5],
     pub bias_per_h: [f64; 5],
     pub process_noise: f64,
+    /// Multiplier of the rates from each time on, hours, in ascending order; one before.
+    pub changes: Vec<(f64, f64)>,
 }
 
 impl Growth {
@@ -21,7 +23,12 @@ impl Growth {
     pub fn draw(prior: &FleetPrior, random: &mut Stream) -> Self {
         let model = FaultModel::electrical();
         let dominant = pick(&model.groups.iter().map(|group| prior.of(group).dominance).collect::<Vec<_>>(), random);
-        let mut growth = Self { rate_per_h: [0.0; 5], bias_per_h: [0.0; 5], process_noise: prior.process_noise };
+        let mut growth = Self {
+            rate_per_h: [0.0; 5],
+            bias_per_h: [0.0; 5],
+            process_noise: prior.process_noise,
+            changes: Vec::new(),
+        };
         for (index, group) in model.groups.iter().enumerate() {
             let kind = prior.of(group);
             let BiasPrior { mean_per_h, sd_per_h } = if index == dominant { kind.dominant } else { kind.minor };
@@ -43,8 +50,9 @@ impl Growth {
         let mut x = [0.0; 5];
         let mut path = vec![x];
         while (path.len() - 1) as f64 * STEP_FH < until_fh {
+            let multiplier = self.multiplier_at((path.len() - 1) as f64 * STEP_FH);
             for (entry, x) in x.iter_mut().enumerate() {
-                let (rate, bias) = (self.rate_per_h[entry], self.bias_per_h[entry]);
+                let (rate, bias) = (multiplier * self.rate_per_h[entry], self.bias_per_h[entry]);
                 let grown = (rate * STEP_FH).exp();
                 let noise = self.process_noise * ((grown * grown - 1.0) / (2.0 * rate)).sqrt();
                 *x = grown * *x + (grown - 1.0) / rate * bias + noise * random.normal();
@@ -53,6 +61,11 @@ impl Growth {
             path.push(x);
         }
         path
+    }
+
+    fn multiplier_at(&self, t_fh: f64) -> f64 {
+        let begun = self.changes.partition_point(|(from_fh, _)| *from_fh <= t_fh);
+        if begun == 0 { 1.0 } else { self.changes[begun - 1].1 }
     }
 }
 

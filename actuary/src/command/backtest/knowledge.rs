@@ -27,6 +27,8 @@ pub struct Knowledge {
     pub prior: FleetPrior,
     /// Standard deviation of one observation of each fault.
     pub sigma: Vec<f64>,
+    /// Lengths of the lives that taught the prior, flight hours; none without their histories.
+    pub lives_fh: Vec<f64>,
 }
 
 /// Reads a model bundle.
@@ -45,6 +47,7 @@ impl Knowledge {
             surrogate: bundle.surrogate.clone(),
             prior: bundle.prior.clone(),
             sigma: DIAGNOSIS_SD.into(),
+            lives_fh: Vec::new(),
             faults,
         };
         if !labels.is_empty() {
@@ -81,6 +84,7 @@ impl Knowledge {
             observations,
         };
         let lives: Vec<FinishedLife> = lives.into_iter().map(finished).collect();
+        self.lives_fh = lives.iter().map(|life| life.failure_fh).collect();
         let error = fit_failure_time_error(&lives, &self.faults, &self.prior, &self.surrogate, seed);
         if let Some(error) = error.filter(|error| error.offset_fh.abs() > FARTHEST_END_FH) {
             let reason = format!(

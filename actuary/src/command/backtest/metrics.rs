@@ -2,7 +2,9 @@
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
-use prognosis::backtest::{Replay, RunScore, Scoreboard};
+use prognosis::backtest::{
+    Bootstrap, BootstrapSettings, Comparison, Interval, JUDGED_RULS_FH, Replay, RunScore, Scoreboard,
+};
 use serde::{Serialize, Serializer};
 
 use super::{Arguments, Judged, SEED};
@@ -34,6 +36,10 @@ pub struct Settings {
     pub horizon_fh: f64,
     /// Seed of the draws.
     pub seed: u64,
+    /// Probability of the intervals of figures, and the number of resamples of the runs behind them.
+    pub interval_level: f64,
+    /// See above.
+    pub resamples: usize,
     /// Standard deviation of one observation of each fault.
     pub observation_sigma: BTreeMap<String, f64>,
     /// Error of the surrogate that was carried into the predictions, flight hours: mean and standard deviation.
@@ -58,9 +64,61 @@ pub struct Judgement {
     #[serde(skip)]
     pub estimator: &'static str,
     /// All runs.
-    pub all: Scoreboard,
+    pub all: GroupScores,
     /// The runs of each regime, where the files tell regimes.
-    pub regimes: BTreeMap<String, Scoreboard>,
+    pub regimes: BTreeMap<String, GroupScores>,
+}
+
+/// A group of runs.
+#[derive(Debug, Serialize)]
+pub struct GroupScores {
+    /// The figures.
+    #[serde(flatten)]
+    pub board: Scoreboard,
+    /// How sure they are.
+    pub intervals: Intervals,
+    /// Compared with the first estimator, run by run; nothing for that one itself.
+    pub against_first: Option<Comparison>,
+}
+
+/// Bootstrap intervals over runs.
+#[derive(Debug, Serialize)]
+pub struct Intervals {
+    /// Of the mean score, flight hours.
+    pub crps_fh: Option<Interval>,
+    /// Of the coverage of the central 80 % intervals.
+    pub coverage_80: Option<Interval>,
+    /// Of the central 95 % ones.
+    pub coverage_95: Option<Interval>,
+    /// Of the central 80 % intervals within the last 1,000 h.
+    pub coverage_80_below_1000_fh: Option<Interval>,
+    /// Of the central 95 % ones.
+    pub coverage_95_below_1000_fh: Option<Interval>,
+    /// Of the errors of the median at given true remaining lives.
+    pub at_rul: Vec<Option<Interval>>,
+    /// Of the median horizon when the criterion is first met, flight hours.
+    pub horizon_fh: Option<Interval>,
+    /// Of the median horizon from which on the median stays within a tenth of the life of the truth, flight hours.
+    pub sustained_life_horizon_fh: Option<Interval>,
+}
+
+impl Intervals {
+    fn of(scores: &[&RunScore]) -> Self {
+        let bootstrap = Bootstrap::new(scores, &BootstrapSettings::default());
+        let figure = |figure: fn(&Scoreboard) -> Option<f64>| bootstrap.interval(figure);
+        Self {
+            crps_fh: figure(|board| board.crps_fh),
+            coverage_80: figure(|board| board.coverage.level_80),
+            coverage_95: figure(|board| board.coverage.level_95),
+            coverage_80_below_1000_fh: figure(|board| board.coverage_below_1000_fh.level_80),
+            coverage_95_below_1000_fh: figure(|board| board.coverage_below_1000_fh.level_95),
+            at_rul: (0..JUDGED_RULS_FH.len())
+                .map(|which| bootstrap.interval(|board| board.at_rul[which].relative_error))
+                .collect(),
+            horizon_fh: figure(|board| board.prognostic_horizon.median_fh),
+            sustained_life_horizon_fh: figure(|board| board.life_horizon.sustained_median_fh),
+        }
+    }
 }
 
 impl Metrics {
@@ -68,13 +126,16 @@ impl Metrics {
     pub fn new(arguments: &Arguments, judged: &Judged) -> Self {
         let knowledge = judged.knowledge;
         let error = knowledge.prior.failure_time_error;
-        let estimators = judged.replays.iter().map(|replays| Judgement::new(replays.estimator, &replays.runs, judged));
+        let BootstrapSettings { resamples, level, .. } = BootstrapSettings::default();
+        let estimators = (0..judged.replays.len()).map(|index| Judgement::new(index, judged));
         Self {
             settings: Settings {
                 every_fh: arguments.every,
                 draws: arguments.draws,
                 horizon_fh: arguments.horizon,
                 seed: SEED,
+                interval_level: level,
+                resamples,
                 observation_sigma: knowledge.faults.names.iter().cloned().zip(knowledge.sigma.clone()).collect(),
                 failure_time_error_fh: error.map(|error| [error.offset_fh, error.sd_fh]),
                 code_version: env!("CARGO_PKG_VERSION"),
@@ -90,16 +151,16 @@ impl Metrics {
     /// A line per estimator and group of runs.
     pub fn summary(&self) -> String {
         let mut table = format!(
-            "{:<9} {:<12} {:>5} {:>8} {:>7} {:>7}   {}\n",
+            "{:<11} {:<12} {:>5} {:>8} {:>7} {:>7}   {}\n",
             "estimator", "runs", "", "CRPS h", "80 %", "95 %", "median error at 3000 / 1500 / 500 h"
         );
         for judgement in &self.estimators {
-            for (group, board) in judgement.groups() {
+            for (group, GroupScores { board, .. }) in judgement.groups() {
                 let number = |value: Option<f64>, digits| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
                 let errors: Vec<_> = board.at_rul.iter().map(|at| percent(at.runs, at.relative_error)).collect();
                 writeln!(
                     table,
-                    "{:<9} {:<12} {:>5} {:>8} {:>7} {:>7}   {}",
+                    "{:<11} {:<12} {:>5} {:>8} {:>7} {:>7}   {}",
                     judgement.estimator,
                     group,
                     board.runs,
@@ -116,23 +177,45 @@ impl Metrics {
 }
 
 impl Judgement {
-    fn new(estimator: &'static str, runs: &[Replay], judged: &Judged) -> Self {
-        let mut all: Vec<&RunScore> = Vec::new();
-        let mut regimes: BTreeMap<String, Vec<&RunScore>> = BTreeMap::new();
-        for (recorded, replay) in judged.recorded.iter().zip(runs) {
-            let Some(score) = &replay.score else { continue };
-            all.push(score);
-            if let Some(regime) = &recorded.regime {
-                regimes.entry(regime.clone()).or_default().push(score);
-            }
+    fn new(index: usize, judged: &Judged) -> Self {
+        let replays = &judged.replays[index];
+        let (ours, first) = (Groups::of(&replays.runs, judged), Groups::of(&judged.replays[0].runs, judged));
+        let scores = |ours: &[&RunScore], first: &[&RunScore]| GroupScores {
+            board: Scoreboard::of(ours),
+            intervals: Intervals::of(ours),
+            against_first: (index > 0).then(|| Comparison::of(ours, first, &BootstrapSettings::default())).flatten(),
+        };
+        let regimes = ours.regimes.iter().zip(first.regimes.values());
+        Self {
+            estimator: replays.estimator,
+            all: scores(&ours.all, &first.all),
+            regimes: regimes.map(|((regime, ours), first)| ((*regime).to_owned(), scores(ours, first))).collect(),
         }
-        let regimes = regimes.into_iter().map(|(regime, scores)| (regime, Scoreboard::of(&scores)));
-        Self { estimator, all: Scoreboard::of(&all), regimes: regimes.collect() }
     }
 
     /// Every group of runs with its name.
-    pub fn groups(&self) -> impl Iterator<Item = (&str, &Scoreboard)> {
-        std::iter::once(("all", &self.all)).chain(self.regimes.iter().map(|(regime, board)| (regime.as_str(), board)))
+    pub fn groups(&self) -> impl Iterator<Item = (&str, &GroupScores)> {
+        std::iter::once(("all", &self.all)).chain(self.regimes.iter().map(|(regime, group)| (regime.as_str(), group)))
+    }
+}
+
+/// The scores of one estimator, of all runs and by regime.
+struct Groups<'a> {
+    all: Vec<&'a RunScore>,
+    regimes: BTreeMap<&'a str, Vec<&'a RunScore>>,
+}
+
+impl<'a> Groups<'a> {
+    fn of(runs: &'a [Replay], judged: &'a Judged) -> Self {
+        let mut groups = Self { all: Vec::new(), regimes: BTreeMap::new() };
+        for (recorded, replay) in judged.recorded.iter().zip(runs) {
+            let Some(score) = &replay.score else { continue };
+            groups.all.push(score);
+            if let Some(regime) = &recorded.regime {
+                groups.regimes.entry(regime).or_default().push(score);
+            }
+        }
+        groups
     }
 }
 

@@ -1,232 +1,209 @@
-//! `report.html`: one page that needs nothing else.
+//! `report.html`: one page of numbered figures and tables that needs nothing else.
+
+mod calibration;
+mod errors;
+mod lives;
+mod tables;
 
 use std::fmt::Write as _;
 
-use prognosis::backtest::{CRITERION, RulSummary, Scoreboard};
-
-use super::{
-    Judged,
-    chart::{Axis, Chart},
-    histories::Recorded,
-    metrics::{Metrics, percent},
-};
+use super::{Judged, Replays, histories::Recorded, metrics::Metrics};
 
 const STYLE: &str = include_str!("report.css");
-/// Colours of the style.
-const COLOURS: usize = 6;
-/// Runs with a chart, over all regimes.
-const CHARTS: usize = 6;
-/// Where the 10, 50 and 90 % quantiles are.
-const LOW: usize = 2;
-const MEDIAN: usize = 10;
-const HIGH: usize = 18;
+/// Colours and dashes of the style.
+const CLASSES: usize = 6;
+/// Size of a chart, pixels.
+const SIZE: [f64; 2] = [400.0, 270.0];
 
 /// The page.
 pub fn page(metrics: &Metrics, judged: &Judged) -> String {
-    let body = [head(metrics), table(metrics), runs(judged), reliability(metrics, judged), words(metrics)].concat();
+    let mut page = Page { judged, metrics, body: head(metrics), figures: 0, tables: 0 };
+    page.heading("Results");
+    tables::errors(&mut page);
+    tables::scores(&mut page);
+    page.heading("Runs to failure");
+    lives::history(&mut page);
+    lives::observation_error(&mut page);
+    lives::predictions(&mut page);
+    page.heading("Errors");
+    errors::against_truth(&mut page);
+    errors::against_time(&mut page);
+    errors::at_remaining_lives(&mut page);
+    errors::alpha_lambda(&mut page);
+    page.heading("Calibration and sharpness");
+    calibration::reliability(&mut page);
+    calibration::histograms(&mut page);
+    calibration::score_against_life(&mut page);
+    calibration::coverage_against_life(&mut page);
+    page.body += &words(metrics);
     format!(
         concat!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">",
             "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">",
+            "<meta name=\"color-scheme\" content=\"light dark\">",
             "<title>Backtest of remaining life</title><style>{}</style></head><body>{}</body></html>\n"
         ),
-        STYLE, body
+        STYLE, page.body
     )
+}
+
+/// The page under construction.
+struct Page<'a> {
+    judged: &'a Judged<'a>,
+    metrics: &'a Metrics,
+    body: String,
+    figures: usize,
+    tables: usize,
+}
+
+/// One chart of a figure.
+struct Panel {
+    /// What is different about it; with markup.
+    title: String,
+    /// The chart.
+    svg: String,
+}
+
+impl Page<'_> {
+    fn heading(&mut self, text: &str) {
+        self.put(format_args!("<h2>{text}</h2>"));
+    }
+
+    /// Panels under one caption, with a key above them; nothing without panels.
+    fn figure(&mut self, caption: &str, key: &str, panels: Vec<Panel>) {
+        if panels.is_empty() {
+            return;
+        }
+        self.figures += 1;
+        let panel = |panel: &Panel| format!("<div class=\"panel\"><h3>{}</h3>{}</div>", panel.title, panel.svg);
+        let panels: String = panels.iter().map(panel).collect();
+        let number = self.figures;
+        self.put(format_args!(
+            "<figure id=\"figure-{number}\">{key}<div class=\"panels\">{panels}</div><figcaption><b>Figure {number}.</b> {caption}</figcaption></figure>"
+        ));
+    }
+
+    /// Rows under a caption.
+    fn table(&mut self, caption: &str, head: &str, rows: &str) {
+        self.tables += 1;
+        let number = self.tables;
+        self.put(format_args!(
+            "<figure id=\"table-{number}\"><figcaption><b>Table {number}.</b> {caption}</figcaption><div class=\"scroll\"><table><thead>{head}</thead><tbody>{rows}</tbody></table></div></figure>"
+        ));
+    }
+
+    fn put(&mut self, markup: std::fmt::Arguments) {
+        self.body.write_fmt(markup).expect("writing to a string");
+    }
+
+    /// Names of the groups of runs: all, then the regimes.
+    fn groups(&self) -> Vec<String> {
+        self.metrics.estimators[0].groups().map(|(group, _)| group.to_owned()).collect()
+    }
+
+    /// Those that a figure splits into: the regimes, or all runs where there are none.
+    fn split(&self) -> Vec<(usize, String)> {
+        let groups: Vec<_> = self.groups().into_iter().enumerate().collect();
+        if groups.len() > 1 { groups[1..].to_vec() } else { groups }
+    }
+
+    /// Runs of known failure in a group by its name.
+    fn runs_of(&self, group: &str) -> Vec<usize> {
+        let recorded = self.judged.recorded;
+        let inside = |run: &usize| {
+            let Recorded { run, regime } = &recorded[*run];
+            run.failure_fh.is_some() && (group == "all" || regime.as_deref() == Some(group))
+        };
+        (0..recorded.len()).filter(inside).collect()
+    }
+
+    /// Which line is which estimator.
+    fn key(&self, more: &str) -> String {
+        let item = |(i, replays): (usize, &Replays)| key_item(&class(i), replays.estimator);
+        let items: String = self.judged.replays.iter().enumerate().map(item).collect();
+        format!("<ul class=\"key\">{items}{more}</ul>")
+    }
+}
+
+/// An item of a key: a sample of a line, and a text.
+fn key_item(class: &str, text: &str) -> String {
+    format!(
+        "<li><svg class=\"sample\" viewBox=\"0 0 28 10\" aria-hidden=\"true\"><polyline class=\"line {class}\" points=\"0,5 28,5\"/></svg>{text}</li>"
+    )
+}
+
+/// An item of a key: a sample of an area, and a text.
+fn key_area(class: &str, text: &str) -> String {
+    format!(
+        "<li><svg class=\"sample\" viewBox=\"0 0 28 10\" aria-hidden=\"true\"><polygon class=\"area {class}\" points=\"0,0 28,0 28,10 0,10\"/></svg>{text}</li>"
+    )
+}
+
+fn class(estimator: usize) -> String {
+    format!("c{}", estimator % CLASSES)
 }
 
 fn head(metrics: &Metrics) -> String {
     let settings = &metrics.settings;
+    let names: Vec<&str> = metrics.estimators.iter().map(|judgement| judgement.estimator).collect();
     format!(
         concat!(
             "<h1>Backtest of remaining life</h1>",
-            "<p class=\"soft\">{} runs, {} of known failure. A prediction every {} flight hours from what was observed ",
-            "until then, {} draws, horizon {} h. Advisory; no maintenance credit.</p>"
+            "<p class=\"soft\">{}: {} runs, {} of known failure. A prediction every {} flight hours from what was ",
+            "observed until then and nothing else, {} draws, horizon {} h. Brackets hold {:.0} % bootstrap intervals ",
+            "over runs. Advisory; no maintenance credit.</p>"
         ),
-        metrics.runs.predicted, metrics.runs.judged, settings.every_fh, settings.draws, settings.horizon_fh
-    )
-}
-
-fn table(metrics: &Metrics) -> String {
-    let mut rows = String::new();
-    for judgement in &metrics.estimators {
-        for (i, (group, board)) in judgement.groups().enumerate() {
-            let class = if i == 0 { " class=\"first\"" } else { "" };
-            write!(rows, "<tr{class}><td>{}</td><td>{}</td>{}</tr>", judgement.estimator, escaped(group), cells(board))
-                .expect("writing to a string");
-        }
-    }
-    format!(
-        concat!(
-            "<h2>Summary</h2><div class=\"scroll\"><table><thead><tr><th>estimator</th><th>group</th><th>runs</th>",
-            "<th>predictions</th><th>CRPS<br>h</th><th>80 %<br>intervals</th><th>95 %<br>intervals</th>",
-            "<th>80 %, last<br>1000 h</th><th>error at<br>3000 h</th><th>error at<br>1500 h</th>",
-            "<th>error at<br>500 h</th><th>horizon<br>h</th></tr></thead><tbody>{}</tbody></table></div>"
-        ),
-        rows
-    )
-}
-
-fn cells(board: &Scoreboard) -> String {
-    let number = |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| format!("{value:.digits$}"));
-    let share = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.0} %", 100.0 * value));
-    let mut cells = vec![board.runs.to_string(), board.predictions.to_string(), number(board.crps_fh, 1)];
-    cells.extend([board.coverage.level_80, board.coverage.level_95, board.coverage_below_1000_fh.level_80].map(share));
-    cells.extend(board.at_rul.iter().map(|at| percent(at.runs, at.relative_error)));
-    cells.push(number(board.prognostic_horizon.median_fh, 0));
-    cells.iter().map(|cell| format!("<td>{cell}</td>")).collect()
-}
-
-fn runs(judged: &Judged) -> String {
-    let chosen = chosen(judged.recorded);
-    let charts: String = chosen.iter().enumerate().map(|(id, &run)| run_chart(id, run, judged)).collect();
-    format!(
-        concat!(
-            "<h2>Predicted and true remaining life</h2><p>Median and 80 % interval of each prediction over the life of ",
-            "some runs: short, middling and long ones. A triangle at the upper edge is a median beyond it.</p>",
-            "{}<div class=\"charts\">{}</div>"
-        ),
-        key(
-            judged,
-            "<li><span class=\"cone\"></span>truth &plusmn; 25 %</li><li><span class=\"truth\"></span>truth</li>"
-        ),
-        charts
-    )
-}
-
-/// Runs of known failure, spread over the length of life within each regime.
-fn chosen(recorded: &[Recorded]) -> Vec<usize> {
-    let known = |run: &usize| recorded[*run].run.failure_fh.is_some();
-    let mut regimes: Vec<_> = (0..recorded.len()).filter(known).map(|run| &recorded[run].regime).collect();
-    regimes.sort();
-    regimes.dedup();
-    regimes.truncate(CHARTS);
-    let mut chosen = Vec::new();
-    for regime in &regimes {
-        let mut runs: Vec<usize> =
-            (0..recorded.len()).filter(known).filter(|run| recorded[*run].regime == **regime).collect();
-        runs.sort_by(|a, b| {
-            let failure_fh = |run: usize| recorded[run].run.failure_fh.unwrap_or_default();
-            failure_fh(*a).total_cmp(&failure_fh(*b))
-        });
-        let count = (CHARTS / regimes.len()).min(runs.len());
-        chosen.extend((0..count).map(|i| runs[(2 * i + 1) * runs.len() / (2 * count)]));
-    }
-    chosen
-}
-
-fn run_chart(id: usize, run: usize, judged: &Judged) -> String {
-    let Recorded { run: recorded, regime } = &judged.recorded[run];
-    let failure_fh = recorded.failure_fh.unwrap_or_default().max(1.0);
-    let top = 1.5 * failure_fh;
-    let x = Axis { name: "flight hours", end: failure_fh };
-    let mut chart = Chart::new(id, x, Axis { name: "remaining life, h", end: top });
-    let cone = |factor: f64| (0.0, factor * failure_fh);
-    chart.area("cone", &[cone(1.0 + CRITERION.alpha), (failure_fh, 0.0), cone(1.0 - CRITERION.alpha)]);
-    chart.line("truth", &[(0.0, failure_fh), (failure_fh, 0.0)]);
-    for (i, replays) in judged.replays.iter().enumerate() {
-        draw_predictions(&mut chart, replays.estimator, &class(i), &replays.runs[run].predictions, top);
-    }
-    let name = escaped(&recorded.id);
-    let regime = regime.as_ref().map_or(String::new(), |regime| format!(", {}", escaped(regime)));
-    let caption = format!("run {name}{regime}: failed at {failure_fh:.0} h");
-    format!("<figure><h3>{caption}</h3>{}</figure>", chart.finish(&caption))
-}
-
-/// Interval and median; what is censored counts as beyond the upper edge.
-fn draw_predictions(chart: &mut Chart, estimator: &str, class: &str, predictions: &[RulSummary], top: f64) {
-    let points = |level: usize| {
-        predictions.iter().map(move |p| (p.t_fh, p.quantiles_fh[level].unwrap_or(2.0 * top))).collect::<Vec<_>>()
-    };
-    let mut interval = points(HIGH);
-    interval.extend(points(LOW).into_iter().rev());
-    chart.area(class, &interval);
-    chart.line(class, &points(MEDIAN));
-    for prediction in predictions {
-        let t_fh = prediction.t_fh;
-        match prediction.quantiles_fh[MEDIAN] {
-            Some(median) if median <= top => {
-                chart.dot(class, (t_fh, median), &format!("{estimator} at {t_fh} h: {median:.0} h"));
-            }
-            Some(median) => chart.beyond(class, t_fh, &format!("{estimator} at {t_fh} h: {median:.0} h")),
-            None => chart.beyond(class, t_fh, &format!("{estimator} at {t_fh} h: beyond the horizon")),
-        }
-    }
-}
-
-fn reliability(metrics: &Metrics, judged: &Judged) -> String {
-    let groups: Vec<&str> = metrics.estimators[0].groups().map(|(group, _)| group).collect();
-    let chart = |(place, group): (usize, &&str)| {
-        let id = CHARTS + place;
-        let mut chart = Chart::new(
-            id,
-            Axis { name: "predicted probability", end: 1.0 },
-            Axis { name: "share of failures", end: 1.0 },
-        );
-        chart.line("truth", &[(0.0, 0.0), (1.0, 1.0)]);
-        for (i, judgement) in metrics.estimators.iter().enumerate() {
-            let board = judgement.groups().nth(place).map(|(_, board)| board);
-            let Some(pit) = board.and_then(|board| board.pit.as_ref()) else { continue };
-            let (mut below, mut points) = (0.0, vec![(0.0, 0.0)]);
-            for (bin, share) in pit.iter().enumerate() {
-                below += share;
-                points.push(((bin + 1) as f64 / pit.len() as f64, below));
-            }
-            chart.line(&class(i), &points);
-            points.iter().for_each(|&point| chart.dot(&class(i), point, &format!("{:.2}", point.1)));
-        }
-        let caption = format!("{} runs", escaped(group));
-        format!("<figure><h3>{caption}</h3>{}</figure>", chart.finish(&format!("Reliability, {caption}")))
-    };
-    format!(
-        concat!(
-            "<h2>Reliability</h2><p>How often the failure came before the time that was given this probability. On the ",
-            "dashed line probabilities mean what they say; above it failures come earlier than predicted.</p>",
-            "{}<div class=\"charts\">{}</div>"
-        ),
-        key(judged, "<li><span class=\"truth\"></span>calibrated</li>"),
-        groups.iter().enumerate().map(chart).collect::<String>()
+        names.join(", "),
+        metrics.runs.predicted,
+        metrics.runs.judged,
+        settings.every_fh,
+        settings.draws,
+        settings.horizon_fh,
+        100.0 * settings.interval_level
     )
 }
 
 fn words(metrics: &Metrics) -> String {
-    let sigma: Vec<String> = metrics
-        .settings
-        .observation_sigma
-        .iter()
-        .map(|(name, sigma)| format!("{} {sigma:.4}", escaped(name)))
-        .collect();
-    let error = match metrics.settings.failure_time_error_fh {
+    let settings = &metrics.settings;
+    let sigma = settings.observation_sigma.iter();
+    let sigma: Vec<String> = sigma.map(|(name, sigma)| format!("{} {sigma:.4}", escaped(name))).collect();
+    let error = match settings.failure_time_error_fh {
         Some([offset, sd]) => format!("{offset:+.0} &plusmn; {sd:.0} h"),
         None => "not known".to_owned(),
     };
     format!(
         concat!(
-            "<h2>Words</h2><p><b>CRPS</b>: continuous ranked probability score, mean over all predictions before ",
-            "failure; the distance between distribution and truth, in hours; less is better. <b>Intervals</b>: share of ",
-            "the central intervals that hold the true remaining life; as many as they promise is best. <b>Error at</b>: ",
-            "median over runs of the relative error of the median when so much life was truly left. <b>Horizon</b>: true ",
-            "remaining life when half of the draws first lie within &plusmn; 25 % of it, median over runs. ",
-            "<b>Censored</b>: beyond the horizon, which counts as the horizon in the score.</p>",
-            "<p class=\"soft\">Standard deviation of one observation: {}. Error of the surrogate boundary in failure ",
-            "time: {}. Actuary {}, seed {}.</p>"
+            "<h2>Words and settings</h2><dl>",
+            "<dt>CRPS</dt><dd>Continuous ranked probability score: the distance between distribution and truth, in hours, ",
+            "mean over all predictions before failure; less is better. What is beyond the horizon counts as the horizon.</dd>",
+            "<dt>Coverage</dt><dd>Share of the central intervals that hold the true remaining life; as many as they promise ",
+            "is best.</dd>",
+            "<dt>Error</dt><dd>(predicted median &minus; true remaining life) / true remaining life; positive is too long.</dd>",
+            "<dt>&alpha;-&lambda;</dt><dd>Whether at a share &lambda; of the life at least half of the draws lie within ",
+            "&plusmn; 25 % of the true remaining life.</dd>",
+            "<dt>Horizon</dt><dd>True remaining life when that is first so (&plusmn; 25 %), and from when on the median stays ",
+            "within a tenth of the whole life of the truth until failure; medians over runs, zero for a run where it never is.</dd>",
+            "<dt>Don&rsquo;t know</dt><dd>Share of the predictions whose median is beyond the horizon.</dd>",
+            "</dl><p class=\"soft\">Standard deviation of one observation: {}. Error of the surrogate boundary in failure ",
+            "time: {}. {} resamples of the runs. Actuary {}, seed {}.</p>"
         ),
         sigma.join(", "),
         error,
-        metrics.settings.code_version,
-        metrics.settings.seed
+        settings.resamples,
+        settings.code_version,
+        settings.seed
     )
 }
 
-/// Which colour is which estimator.
-fn key(judged: &Judged, more: &str) -> String {
-    let item = |(i, replays): (usize, &super::Replays)| {
-        format!("<li><span class=\"{}\"></span>{}</li>", class(i), replays.estimator)
-    };
-    format!("<ul class=\"key\">{}{more}</ul>", judged.replays.iter().enumerate().map(item).collect::<String>())
+/// The value below which a share of sorted values lies, the lower one of two.
+fn quantile(sorted: &[f64], level: f64) -> f64 {
+    sorted[(level * (sorted.len() - 1) as f64).round() as usize]
 }
 
-fn class(estimator: usize) -> String {
-    format!("c{}", estimator % COLOURS)
+/// Sorted, infinite values last.
+fn sorted(mut values: Vec<f64>) -> Vec<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    values
 }
 
 /// Text from a file, without markup.

@@ -1,0 +1,119 @@
+//! The tables of the report.
+
+use std::fmt::Write as _;
+
+use prognosis::backtest::Interval;
+
+use super::{Page, escaped};
+use crate::command::backtest::metrics::{GroupScores, percent};
+
+/// Regimes of the printed table of the thesis, and its median relative errors at 3000, 1500 and 500 h.
+const THESIS: [(&str, [f64; 3]); 2] = [("constant", [0.239, -0.1885, -0.1704]), ("varying", [2.4364, 0.5011, 0.1895])];
+
+/// The thesis's table 7.1: errors of the median at given true remaining lives.
+pub fn errors(page: &mut Page) {
+    let mut rows = String::new();
+    for (_, group) in page.split() {
+        if let Some((_, printed)) = THESIS.iter().find(|(regime, _)| *regime == group) {
+            let cells: String = printed.iter().map(|&error| format!("<td>{}</td>", percent(1, Some(error)))).collect();
+            row(&mut rows, true, "Berri 2021, on its own runs", &group, &format!("<td>50</td>{cells}"));
+        }
+        for (i, judgement) in page.metrics.estimators.iter().enumerate() {
+            let Some((_, scores)) = judgement.groups().find(|(name, _)| *name == group) else { continue };
+            let first = i == 0 && THESIS.iter().all(|(regime, _)| *regime != group);
+            row(&mut rows, first, judgement.estimator, &group, &error_cells(scores));
+        }
+    }
+    page.table(
+        concat!(
+            "Median over runs of the relative error of the predicted median, when so much life was truly left. ",
+            "A run counts where it lived at least 200 h before. At a long true remaining life a calibrated median is ",
+            "too short on average, because long lives are the ones that get there."
+        ),
+        "<tr><th>estimator</th><th>runs</th><th>judged</th><th>3000 h</th><th>1500 h</th><th>500 h</th></tr>",
+        &with_minus_signs(&rows),
+    );
+}
+
+fn error_cells(scores: &GroupScores) -> String {
+    let mut cells = format!("<td>{}</td>", scores.board.runs);
+    for (at, interval) in scores.board.at_rul.iter().zip(&scores.intervals.at_rul) {
+        let count = if at.runs < scores.board.runs { format!(" <i>n = {}</i>", at.runs) } else { String::new() };
+        let range = interval.map_or(String::new(), |Interval { low, high }| {
+            format!("<br><small>[{:+.0}, {:+.0}]{count}</small>", 100.0 * low, 100.0 * high)
+        });
+        write!(cells, "<td>{}{range}</td>", percent(at.runs, at.relative_error)).expect("writing to a string");
+    }
+    cells
+}
+
+/// All scores with their intervals.
+pub fn scores(page: &mut Page) {
+    let mut rows = String::new();
+    for group in page.groups() {
+        for (i, judgement) in page.metrics.estimators.iter().enumerate() {
+            let Some((_, scores)) = judgement.groups().find(|(name, _)| *name == group) else { continue };
+            row(&mut rows, i == 0, judgement.estimator, &group, &score_cells(scores));
+        }
+    }
+    page.table(
+        concat!(
+            "Scores. The difference is that of the mean CRPS to the first estimator on the same runs: an interval without ",
+            "zero is a difference that the choice of runs does not explain; below it the share of runs that are better."
+        ),
+        concat!(
+            "<tr><th>estimator</th><th>runs</th><th>CRPS<br>h</th><th>difference<br>h</th><th>80 %<br>covers</th>",
+            "<th>95 %<br>covers</th><th>80 %, last<br>1000 h</th><th>95 %, last<br>1000 h</th><th>horizon<br>&plusmn; 25 %, h</th>",
+            "<th>horizon<br>10 % of life, h</th><th>relative<br>accuracy</th><th>don&rsquo;t<br>know</th></tr>"
+        ),
+        &with_minus_signs(&rows),
+    );
+}
+
+fn score_cells(GroupScores { board, intervals, against_first }: &GroupScores) -> String {
+    let hours = |value: Option<f64>, interval: Option<Interval>| cell(value, interval, |value| format!("{value:.0}"));
+    let share = |value, interval| cell(value, interval, |value| format!("{:.0}", 100.0 * value));
+    let difference = match against_first {
+        Some(comparison) => {
+            let range = comparison.interval_fh.map_or(String::new(), |i| format!("[{:+.0}, {:+.0}], ", i.low, i.high));
+            let better = 100.0 * comparison.better_runs;
+            format!("<td>{:+.0}<br><small>{range}{better:.0} %</small></td>", comparison.crps_difference_fh)
+        }
+        None => "<td>&ndash;</td>".to_owned(),
+    };
+    let late = board.coverage_below_1000_fh;
+    [
+        hours(board.crps_fh, intervals.crps_fh),
+        difference,
+        share(board.coverage.level_80, intervals.coverage_80),
+        share(board.coverage.level_95, intervals.coverage_95),
+        share(late.level_80, intervals.coverage_80_below_1000_fh),
+        share(late.level_95, intervals.coverage_95_below_1000_fh),
+        hours(board.prognostic_horizon.median_fh, intervals.horizon_fh),
+        hours(board.life_horizon.sustained_median_fh, intervals.sustained_life_horizon_fh),
+        cell(board.cumulative_relative_accuracy, None, |value| format!("{value:.2}")),
+        cell(board.undecided, None, |value| format!("{:.0} %", 100.0 * value)),
+    ]
+    .concat()
+}
+
+/// A value over its interval.
+fn cell(value: Option<f64>, interval: Option<Interval>, written: impl Fn(f64) -> String) -> String {
+    let Some(value) = value else { return "<td>&ndash;</td>".to_owned() };
+    let range =
+        interval.map_or(String::new(), |i| format!("<br><small>[{}, {}]</small>", written(i.low), written(i.high)));
+    format!("<td>{}{range}</td>", written(value))
+}
+
+fn row(rows: &mut String, first: bool, estimator: &str, group: &str, cells: &str) {
+    let class = if first { " class=\"first\"" } else { "" };
+    write!(rows, "<tr{class}><td>{estimator}</td><td>{}</td>{cells}</tr>", escaped(group))
+        .expect("writing to a string");
+}
+
+/// Numbers are written with hyphens; a page has a sign for minus.
+fn with_minus_signs(rows: &str) -> String {
+    ["[-", ", -", ">-"]
+        .iter()
+        .fold(rows.to_owned(), |rows, hyphen| rows.replace(hyphen, &hyphen.replace('-', "&minus;")))
+}
