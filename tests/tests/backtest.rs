@@ -50,8 +50,11 @@ impl Bench {
     fn command(&self, out: &str, arguments: &[&str]) -> Command {
         let model = workspace().join("models/default.json").display().to_string();
         let mut command = Command::new(tests::binary());
-        command.args(["backtest", "--draws", "40", "--every", "400", "--out", &self.path(out)]);
+        command.args(["backtest", "--draws", "40", "--out", &self.path(out)]);
         command.args(arguments);
+        if !arguments.contains(&"--every") {
+            command.args(["--every", "400"]);
+        }
         if !arguments.contains(&"--model") {
             command.args(["--model", &model]);
         }
@@ -193,10 +196,25 @@ fn surrogate_prior_and_noise_are_learned_from_files() {
 }
 
 #[test]
-fn climatology_without_earlier_lives_is_refused_in_one_line() {
+fn what_is_learned_from_earlier_lives_only_is_refused_without_them_in_one_line() {
     let bench = Bench::new();
-    let refused = bench.refused(&["--histories", &fixture("rul/histories.csv"), "--estimator", "climatology"]);
-    assert!(refused.contains("--prior"), "{refused}");
+    for estimator in ["climatology", "rbg-jumps"] {
+        let refused = bench.refused(&["--histories", &fixture("rul/histories.csv"), "--estimator", estimator]);
+        assert!(refused.contains(estimator) && refused.contains("--prior"), "{refused}");
+    }
+}
+
+#[test]
+fn growth_that_may_change_is_an_estimator_of_its_own() {
+    let bench = Bench::new();
+    let histories = fixture("rul/histories.csv");
+    let estimators = ["--estimator", "rbg", "--estimator", "rbg-jumps", "--every", "1000"];
+    bench.run("out", &[&["--histories", &histories, "--prior", &histories][..], &estimators].concat());
+    let rows = rows(&bench.read("out/predictions.csv"));
+    let of = |estimator: &str| rows.iter().filter(|(key, _)| key[0] == estimator).map(|(_, row)| &row[3..]).collect();
+    let (without, with): (Vec<&[String]>, Vec<&[String]>) = (of("rbg"), of("rbg_jumps"));
+    assert_eq!(with.len(), without.len());
+    assert_ne!(with, without, "growth that may change widens what is expected");
 }
 
 #[test]

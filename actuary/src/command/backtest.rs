@@ -84,6 +84,9 @@ enum EstimatorName {
     /// The default: growth-rate filter with a fleet prior
     #[value(alias = "default")]
     Rbg,
+    /// The same for growth that may change in mid-life; needs --prior
+    #[value(alias = "rbg_jumps")]
+    RbgJumps,
     /// Berri 2021, section 2.4, as it stands there
     Thesis,
     /// How long earlier lives went on from the same age; needs --prior
@@ -105,8 +108,11 @@ fn hours(text: &str) -> Result<f64, String> {
 /// Judges the estimators.
 pub fn run(arguments: Arguments) -> Result<()> {
     let started = Instant::now();
-    if arguments.estimators.contains(&EstimatorName::Climatology) && arguments.prior.is_none() {
-        return Err(refuse("--estimator climatology needs the lives of --prior".to_owned()).into());
+    for name in [EstimatorName::Climatology, EstimatorName::RbgJumps] {
+        if arguments.estimators.contains(&name) && arguments.prior.is_none() {
+            let name = name.to_possible_value().expect("every estimator has a name");
+            return Err(refuse(format!("--estimator {} needs the lives of --prior", name.get_name())).into());
+        }
     }
     let out = OutputFolder::new(&arguments.out)?;
     let bar = ProgressBar::new(0);
@@ -115,7 +121,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let model = knowledge::read_model(&arguments.model)?;
     let mut recorded = histories::read_all(&arguments.histories, &arguments.truth, &model.bundle().faults)?;
     bar.set_message("learning");
-    let knowledge = Knowledge::gather(&model, &arguments.labels, arguments.prior.as_deref(), SEED)?;
+    let growth_changes = arguments.estimators.contains(&EstimatorName::RbgJumps);
+    let knowledge = Knowledge::gather(&model, &arguments.labels, arguments.prior.as_deref(), growth_changes, SEED)?;
     for recorded in &mut recorded {
         knowledge.set_noise(&mut recorded.run.observations);
     }
@@ -137,10 +144,14 @@ pub fn run(arguments: Arguments) -> Result<()> {
 fn estimators<'a>(names: &[EstimatorName], knowledge: &'a Knowledge) -> Vec<Box<dyn Estimator + 'a>> {
     let names = if names.is_empty() { DEFAULT_ESTIMATORS } else { names };
     let first = |(i, name): &(usize, &EstimatorName)| !names[..*i].contains(name);
-    let Knowledge { faults: model, surrogate: boundary, prior, lives_fh, .. } = knowledge;
+    let Knowledge { faults: model, surrogate: boundary, prior, changing_prior, lives_fh, .. } = knowledge;
     let estimator = |(_, name): (usize, &EstimatorName)| -> Box<dyn Estimator + 'a> {
         match name {
             EstimatorName::Rbg => Box::new(Rbg { model, prior, boundary }),
+            EstimatorName::RbgJumps => {
+                let prior = changing_prior.as_ref().expect("learned where it was asked for");
+                Box::new(Rbg { model, prior, boundary })
+            }
             EstimatorName::Thesis => Box::new(Thesis { model, boundary }),
             EstimatorName::Climatology => Box::new(Climatology { lives_fh: lives_fh.clone() }),
             EstimatorName::Linear => Box::new(Linear { model, prior, boundary }),

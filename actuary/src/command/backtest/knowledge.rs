@@ -7,7 +7,7 @@ use domain::FaultModel;
 use ema::wear::DIAGNOSIS_SD;
 use pipeline::{Labels, Model};
 use prognosis::{
-    FinishedLife, FitSettings, FleetPrior, Observation, fit_failure_time_error, fit_noise, fit_prior,
+    FinishedLife, FitSettings, FleetPrior, Observation, fit_failure_time_error, fit_noise, fit_prior, fit_prior_from,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings, SvmSettings},
 };
 
@@ -17,7 +17,10 @@ use crate::{exit::Failure, files::labels};
 /// Farther from the boundary, on average, no recorded failure is, flight hours.
 const FARTHEST_END_FH: f64 = 300.0;
 
-/// Boundary, prior and noise.
+/// Rounds of learning on from a prior without growth changes.
+const GROWTH_CHANGE_ROUNDS: usize = 3;
+
+/// Boundary, priors and noise.
 pub struct Knowledge {
     /// What the faults are.
     pub faults: FaultModel,
@@ -25,6 +28,8 @@ pub struct Knowledge {
     pub surrogate: Surrogate,
     /// What earlier lives have taught.
     pub prior: FleetPrior,
+    /// The same where growth may change, if it was asked for.
+    pub changing_prior: Option<FleetPrior>,
     /// Standard deviation of one observation of each fault.
     pub sigma: Vec<f64>,
     /// Lengths of the lives that taught the prior, flight hours; none without their histories.
@@ -39,13 +44,20 @@ pub fn read_model(file: &Path) -> Result<Model, Failure> {
 }
 
 impl Knowledge {
-    /// The model's own, but what the files teach instead.
-    pub fn gather(model: &Model, labels: &[impl AsRef<Path>], prior: Option<&Path>, seed: u64) -> Result<Self> {
+    /// The model's own, but what the files teach instead; a prior of changing growth is learned from files only.
+    pub fn gather(
+        model: &Model,
+        labels: &[impl AsRef<Path>],
+        prior: Option<&Path>,
+        growth_changes: bool,
+        seed: u64,
+    ) -> Result<Self> {
         let bundle = model.bundle();
         let faults = bundle.faults.clone();
         let mut knowledge = Self {
             surrogate: bundle.surrogate.clone(),
             prior: bundle.prior.clone(),
+            changing_prior: None,
             sigma: DIAGNOSIS_SD.into(),
             lives_fh: Vec::new(),
             faults,
@@ -56,7 +68,7 @@ impl Knowledge {
             knowledge.prior.failure_time_error = None;
         }
         if let Some(file) = prior {
-            knowledge.learn_from(file, seed)?;
+            knowledge.learn_from(file, growth_changes, seed)?;
         } else if knowledge.sigma.len() != knowledge.faults.len() {
             return Err(refuse(format!(
                 "the noise of {} faults is not known: give --prior to learn it",
@@ -72,28 +84,37 @@ impl Knowledge {
         observations.iter_mut().for_each(|observation| observation.sigma.clone_from(&self.sigma));
     }
 
-    /// Noise, prior and failure-time error from the histories of lives that ended in failure.
-    fn learn_from(&mut self, file: &Path, seed: u64) -> Result<()> {
+    /// Noise, priors and failure-time errors from the histories of lives that ended in failure.
+    fn learn_from(&mut self, file: &Path, growth_changes: bool, seed: u64) -> Result<()> {
         let refused = |reason: &dyn std::fmt::Display| refuse(format!("{}: {reason}", file.display()));
         let mut lives = histories::read_observations(file, &self.faults)?;
         self.sigma = fit_noise(&lives, &self.faults).map_err(|error| refused(&error))?;
         lives.iter_mut().for_each(|life| self.set_noise(life));
-        self.prior = fit_prior(&lives, &self.faults, &FitSettings::default()).map_err(|error| refused(&error))?;
+        let settings = FitSettings::default();
+        self.prior = fit_prior(&lives, &self.faults, &settings).map_err(|error| refused(&error))?;
+        if growth_changes {
+            let guess = self.prior.clone().with_growth_changes();
+            let settings = FitSettings { rounds: GROWTH_CHANGE_ROUNDS };
+            let prior = fit_prior_from(guess, &lives, &self.faults, &settings);
+            self.changing_prior = Some(prior.map_err(|error| refused(&error))?);
+        }
         let finished = |observations: Vec<Observation>| FinishedLife {
             failure_fh: observations.last().expect("a history has a row").t_fh,
             observations,
         };
         let lives: Vec<FinishedLife> = lives.into_iter().map(finished).collect();
         self.lives_fh = lives.iter().map(|life| life.failure_fh).collect();
-        let error = fit_failure_time_error(&lives, &self.faults, &self.prior, &self.surrogate, seed);
-        if let Some(error) = error.filter(|error| error.offset_fh.abs() > FARTHEST_END_FH) {
-            let reason = format!(
-                "its lives end {:.0} h from where the surrogate ends them, on average; each has to end with its failure",
-                error.offset_fh
-            );
-            return Err(refused(&reason).into());
+        for prior in [&mut self.prior].into_iter().chain(&mut self.changing_prior) {
+            let error = fit_failure_time_error(&lives, &self.faults, prior, &self.surrogate, seed);
+            if let Some(error) = error.filter(|error| error.offset_fh.abs() > FARTHEST_END_FH) {
+                let reason = format!(
+                    "its lives end {:.0} h from where the surrogate ends them, on average; each has to end with its failure",
+                    error.offset_fh
+                );
+                return Err(refused(&reason).into());
+            }
+            prior.failure_time_error = error;
         }
-        self.prior.failure_time_error = error;
         Ok(())
     }
 }
