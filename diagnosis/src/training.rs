@@ -268,10 +268,7 @@ impl<'a> Trainer<'a> {
     /// Maps to fit and maps held out, by a random split.
     fn split(&self) -> (Vec<&'a TrainingMap>, Vec<&'a TrainingMap>) {
         let mut maps: Vec<&TrainingMap> = self.set.maps.iter().collect();
-        let mut stream = stream_of(self.stream, Purpose::Split, 0);
-        for i in (1..maps.len()).rev() {
-            maps.swap(i, stream.below(i + 1));
-        }
+        stream_of(self.stream, Purpose::Split, 0).shuffle(&mut maps);
         let held_out = (self.settings.held_out * maps.len() as f64).round() as usize;
         let fitted = maps.split_off(held_out.clamp(1, maps.len() / 2));
         (fitted, maps)

@@ -214,7 +214,7 @@ impl Training<'_> {
             Labels::Verdicts(samples) => (samples, false),
         };
         let mut learn = samples.clone();
-        diagnosis::shuffle(&mut learn, &mut self.stream("split of the labels"));
+        self.stream("split of the labels").shuffle(&mut learn);
         let judge = learn.split_off(learn.len() - learn.len() / HELD_OUT_LABELS);
         Verdicts { learn, judge, margins_known }
     }

@@ -223,9 +223,7 @@ fn slow_any_order_of_arrival_gives_one_digest() {
     for permutation in 0..permutations {
         let mut stream = Stream::new(6, &["permutation"]).substream(permutation);
         let mut order: Vec<usize> = (0..all.len()).chain((0..all.len()).filter(|_| stream.uniform() < 0.3)).collect();
-        for i in (1..order.len()).rev() {
-            order.swap(i, stream.below(i + 1));
-        }
+        stream.shuffle(&mut order);
         let batch = 6 + stream.below(order.len());
         let found = arrive(&model, &all, &order, batch);
         let digest = ContentHash::of_json(&(&found.states, &found.prognosis, &found.excluded));

@@ -12,7 +12,7 @@ use ::diagnosis::{
     Diagnoser, LoadInput, LoadVariation, MapKind, TrainingMap, TrainingSet, TrainingSettings, Validation,
     ValidationSettings, train, validate,
 };
-use domain::{Mask, Stream};
+use domain::Mask;
 use ema::simulation::Model as MotorModel;
 use reduction::{MaskDesign, ModeCount, PodBasis, ReductionError, SelfOrganisingMap, condition_number};
 
@@ -105,7 +105,7 @@ impl Training<'_> {
     fn split(&self, dataset: &Dataset) -> Material {
         let mut learn = maps::of_dataset(dataset, self.settings.motor.back_emf_v_s_rad);
         let held_out = (learn.len() / HELD_OUT_SHARE).max(LEAST_HELD_OUT);
-        shuffle(&mut learn, &mut self.stream("split of the dataset"));
+        self.stream("split of the dataset").shuffle(&mut learn);
         let validation = learn.split_off(learn.len() - held_out);
         let calibration = learn.split_off(learn.len() - held_out);
         Material { learn, calibration, validation, load_known: dataset.has_load_ratio(), loads_of_service: false }
@@ -202,12 +202,5 @@ fn training_settings(chain: &ChainSettings, kind: MapKind, load_known: bool) -> 
         realisations: if chain.noise_training { settings.realisations } else { 1 },
         load: if chain.noise_training && load_known { settings.load } else { LoadVariation::NONE },
         ..settings
-    }
-}
-
-/// A random order.
-pub fn shuffle<T>(items: &mut [T], stream: &mut Stream) {
-    for i in (1..items.len()).rev() {
-        items.swap(i, stream.below(i + 1));
     }
 }

@@ -8,19 +8,16 @@
 //!   draw is censored.
 //! - Source: Berri 2021, section 2.4 for the window; a common baseline.
 
-use std::collections::VecDeque;
-
 use domain::{FaultModel, Stream};
 
 use super::{
     Estimator, Follower, PredictionSettings, RulEstimate,
     extrapolation::{Extrapolation, Start, propagation},
+    recent::Recent,
 };
 use crate::{block::Observation, boundary::Boundary, posterior::Moments, prior::FleetPrior};
 
 const NAME: &str = "linear";
-/// Length of the window, flight hours.
-const WINDOW_FH: f64 = 200.0;
 /// Fewest observations of a line with a spread.
 const MIN_OBSERVATIONS: usize = 3;
 
@@ -40,28 +37,23 @@ impl Estimator for Linear<'_> {
     }
 
     fn follow(&self) -> Box<dyn Follower + '_> {
-        Box::new(Life { linear: self, recent: VecDeque::new(), observations: 0 })
+        Box::new(Life { linear: self, recent: Recent::default() })
     }
 }
 
 struct Life<'a> {
     linear: &'a Linear<'a>,
-    recent: VecDeque<Observation>,
-    observations: usize,
+    recent: Recent,
 }
 
 impl Follower for Life<'_> {
     fn observe(&mut self, observation: &Observation) {
-        self.observations += 1;
-        self.recent.push_back(observation.clone());
-        while self.recent.front().is_some_and(|first| first.t_fh < observation.t_fh - WINDOW_FH) {
-            self.recent.pop_front();
-        }
+        self.recent.push(observation);
     }
 
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
         let Linear { model, prior, boundary } = *self.linear;
-        let window: Vec<&Observation> = self.recent.iter().filter(|o| o.t_fh >= now_fh - WINDOW_FH).collect();
+        let window: Vec<&Observation> = self.recent.before(now_fh).collect();
         let Some(lines) = lines(&window, model, prior.process_noise) else {
             return RulEstimate { ends_fh: vec![None; settings.draws], propagation: None };
         };
@@ -75,7 +67,7 @@ impl Follower for Life<'_> {
         let growth: Vec<_> = lines.iter().map(|line| [Moments { mean: 0.0, sigma: 0.0 }, line.slope_per_h]).collect();
         RulEstimate {
             ends_fh: Extrapolation::new(model, prior, boundary).ends_fh(start, 0.0, settings, stream),
-            propagation: Some(propagation(&growth, NAME, self.observations)),
+            propagation: Some(propagation(&growth, NAME, self.recent.seen)),
         }
     }
 }

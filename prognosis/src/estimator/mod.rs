@@ -8,6 +8,7 @@ mod climatology;
 mod extrapolation;
 mod linear;
 mod rbg;
+mod recent;
 mod ridge;
 mod thesis;
 

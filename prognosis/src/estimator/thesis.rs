@@ -11,16 +11,12 @@
 //!   the difference that follows, which pulls the diagonal of A towards -1/dt: with real noise the
 //!   identified model is stable and never fails.
 
-use std::collections::VecDeque;
-
 use domain::{FaultModel, Propagation, Stream};
 
-use super::{Estimator, Follower, PredictionSettings, RulEstimate};
+use super::{Estimator, Follower, PredictionSettings, RulEstimate, recent::Recent};
 use crate::{block::Observation, boundary::Boundary, least_squares::LeastSquares};
 
 const NAME: &str = "thesis";
-/// Length of the window, flight hours.
-const WINDOW_FH: f64 = 200.0;
 /// Weight of an observation in the filter.
 const GAMMA: f64 = 0.05;
 /// u = [1, load, temperature].
@@ -44,28 +40,23 @@ impl Estimator for Thesis<'_> {
     }
 
     fn follow(&self) -> Box<dyn Follower + '_> {
-        Box::new(Life { thesis: self, recent: VecDeque::new(), observations: 0 })
+        Box::new(Life { thesis: self, recent: Recent::default() })
     }
 }
 
 struct Life<'a> {
     thesis: &'a Thesis<'a>,
-    recent: VecDeque<Observation>,
-    observations: usize,
+    recent: Recent,
 }
 
 impl Follower for Life<'_> {
     fn observe(&mut self, observation: &Observation) {
-        self.observations += 1;
-        self.recent.push_back(observation.clone());
-        while self.recent.front().is_some_and(|first| first.t_fh < observation.t_fh - WINDOW_FH) {
-            self.recent.pop_front();
-        }
+        self.recent.push(observation);
     }
 
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
         let model = self.thesis.model;
-        let window = Window::new(model, self.recent.iter().filter(|o| o.t_fh >= now_fh - WINDOW_FH));
+        let window = Window::new(model, self.recent.before(now_fh));
         let mut spread = Spread::new(model.len());
         let end = |draw: usize| {
             let identified = window.identify(&window.with_noise(&mut stream.substream(draw as u64)));
@@ -75,7 +66,7 @@ impl Follower for Life<'_> {
         };
         let ends_fh = (0..settings.draws).map(end).collect();
         let fitted = window.identify(&window.deviations);
-        let propagation = propagation(&fitted.coefficients, &spread.sigma(), model.len(), self.observations);
+        let propagation = propagation(&fitted.coefficients, &spread.sigma(), model.len(), self.recent.seen);
         RulEstimate { ends_fh, propagation: Some(propagation) }
     }
 }
