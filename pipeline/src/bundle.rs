@@ -1,6 +1,6 @@
 //! The bundle: one immutable, content-hashed file with everything that judges a life.
 
-use std::collections::HashMap;
+use std::{borrow::Cow, collections::HashMap};
 
 use airframe::load_estimator::LoadEstimator;
 use diagnosis::Diagnoser;
@@ -171,10 +171,10 @@ impl Model {
     }
 
     /// Both bases at a mask: at hand for the bundle's own, made anew for an older one.
-    pub(crate) fn factors(&self, mask: &Mask) -> Result<Factors, ReductionError> {
+    pub(crate) fn factors(&self, mask: &Mask) -> Result<Cow<'_, Factors>, ReductionError> {
         match self.factors.get(&mask.id()) {
-            Some(factors) => Ok(factors.clone()),
-            None => self.at(mask),
+            Some(factors) => Ok(Cow::Borrowed(factors)),
+            None => self.at(mask).map(Cow::Owned),
         }
     }
 
