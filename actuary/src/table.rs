@@ -51,6 +51,7 @@ fn words(status: Status) -> &'static str {
         Status::Failed => "FAILED",
         Status::InsufficientHistory => "unknown: few data",
         Status::Stale => "unknown: stale",
+        Status::Inconsistent => "unknown: inconsistent",
         Status::BeyondHorizon => "beyond horizon",
         Status::Ok => "ok",
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ContentHash, HingeLoad, RulDistribution, Timestamp, UploadId};
+use crate::{ContentHash, Doubt, DoubtKind, Explanation, HingeLoad, RulDistribution, Timestamp, UploadId};
 
 /// The newest observation that a result rests on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -91,6 +91,12 @@ pub struct Forecast {
     pub probability_failed: f64,
     /// Seed of the draws.
     pub seed: u64,
+    /// Why it says so.
+    #[serde(default)]
+    pub explanation: Explanation,
+    /// What speaks against it.
+    #[serde(default)]
+    pub doubts: Vec<Doubt>,
 }
 
 /// How to read a prognosis now.
@@ -103,6 +109,8 @@ pub enum Status {
     InsufficientHistory,
     /// The newest data is old: unknown, not healthy.
     Stale,
+    /// The observations contradict the model of damage: the numbers are kept, but not to act on.
+    Inconsistent,
     /// The median outlives the horizon.
     BeyondHorizon,
     /// A forecast to act on.
@@ -119,6 +127,8 @@ impl Prognosis {
             Status::Failed
         } else if now.hours_since(self.as_of.recorded_at) > stale_after_h {
             Status::Stale
+        } else if forecast.doubts.iter().any(|doubt| doubt.kind == DoubtKind::Inconsistent) {
+            Status::Inconsistent
         } else if forecast.rul.quantile_fh(0.5).is_none() {
             Status::BeyondHorizon
         } else {

@@ -5,7 +5,7 @@
 //! the set of estimates and not on the order of their arrival.
 
 use domain::{
-    AsOf, ContentHash, Estimate, FaultGroup, FaultModel, FaultTrend, Life, NUMERICS_VERSION, Prognosis,
+    AsOf, ContentHash, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, Life, NUMERICS_VERSION, Prognosis,
     RulDistribution, SetAside, State, Stream,
     prognosis::{Forecast, InsufficientHistory},
     state::{BLOCK_FH, MIN_OBSERVATIONS},
@@ -129,6 +129,8 @@ impl Model {
             rul: RulDistribution::from_draws(&draws.ends_fh, HORIZON_FH),
             probability_failed: draws.failed_fraction,
             seed: SEED,
+            explanation: Explanation::default(),
+            doubts: Vec::new(),
         })
     }
 

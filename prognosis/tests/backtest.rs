@@ -6,7 +6,7 @@ use domain::{FaultModel, Stream};
 use prognosis::{
     Boundary, Estimator, Filter, FleetPrior, Follower, ForecastSettings, Observation, PredictionSettings, Rbg,
     RulEstimate, Thesis,
-    backtest::{ReplaySettings, Run, Scoreboard, replay},
+    backtest::{ReplaySettings, Run, replay, scoreboard},
     blocks, forecast,
 };
 use simulated::{Growth, observe};
@@ -95,7 +95,7 @@ fn a_prediction_around_the_truth_has_the_scores_of_its_spread() {
     let score = replayed.score.unwrap();
     assert_eq!(score.predictions.len(), 7);
     assert_eq!(score.median_errors, [None, None, Some(0.0)]);
-    let board = Scoreboard::of(&[&score, &score]);
+    let board = scoreboard(&[&score, &score]);
     assert_eq!((board.runs, board.predictions), (2, 14));
     // Uniform over 200 h with the truth in the middle: 200 (1/4 - 1/6).
     assert!((board.crps_fh.unwrap() - 200.0 / 12.0).abs() < 0.1, "{board:?}");
@@ -106,7 +106,7 @@ fn a_prediction_around_the_truth_has_the_scores_of_its_spread() {
     let met: Vec<Option<f64>> = board.alpha_lambda.iter().map(|at| at.met).collect();
     assert_eq!(met, [Some(1.0), Some(1.0), Some(1.0), Some(1.0), Some(0.0)]);
     assert_eq!(board.prognostic_horizon.median_fh, Some(1250.0));
-    let none = Scoreboard::of(&[]);
+    let none = scoreboard(&[]);
     assert_eq!((none.crps_fh, none.pit, none.prognostic_horizon.median_fh), (None, None, None));
 }
 

@@ -2,7 +2,7 @@
 
 use domain::Stream;
 use prognosis::{
-    backtest::{Bootstrap, BootstrapSettings, Comparison, PredictionScore, RunScore, Scoreboard},
+    backtest::{Bootstrap, BootstrapSettings, Comparison, PredictionScore, RunScore, scoreboard},
     metrics::Horizon,
 };
 
@@ -78,7 +78,7 @@ fn estimators_are_compared_run_by_run() {
 #[test]
 fn bins_of_remaining_life_hold_every_prediction_once() {
     let runs = [run(100.0, 20), run(300.0, 3)];
-    let board = Scoreboard::of(&all(&runs));
+    let board = scoreboard(&all(&runs));
     assert_eq!(board.by_rul.iter().map(|bin| bin.predictions).sum::<usize>(), board.predictions);
     let first = board.by_rul[0];
     assert_eq!((first.from_fh, first.to_fh, first.runs, first.predictions), (0.0, Some(500.0), 2, 4));

@@ -5,11 +5,11 @@ mod labelled;
 
 use std::path::Path;
 
-use domain::FaultModel;
+use domain::{FaultModel, Scoreboard};
 use histories::Life;
 use prognosis::{
     FinishedLife, FitSettings, FleetPrior, PredictionSettings, Rbg,
-    backtest::{Replay, ReplaySettings, Run, RunScore, Scoreboard, replay},
+    backtest::{Replay, ReplaySettings, Run, RunScore, replay, scoreboard},
     fit_failure_time_error, fit_prior, fit_prior_from,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings},
 };
@@ -64,7 +64,7 @@ fn judge(
 /// Of one regime, or of all.
 fn board(scores: &[(String, RunScore)], regime: &str) -> Scoreboard {
     let of_regime = scores.iter().filter(|(other, _)| regime.is_empty() || other == regime);
-    let board = Scoreboard::of(&of_regime.map(|(_, score)| score).collect::<Vec<_>>());
+    let board = scoreboard(&of_regime.map(|(_, score)| score).collect::<Vec<_>>());
     let Scoreboard { crps_fh, coverage, coverage_below_1000_fh, at_rul, .. } = &board;
     println!("{regime:9} CRPS {crps_fh:?} {coverage:?} below 1000 h {coverage_below_1000_fh:?}");
     at_rul.iter().for_each(|at| println!("          {at:?}"));

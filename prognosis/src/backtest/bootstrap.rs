@@ -11,7 +11,9 @@
 use domain::Stream;
 use serde::Serialize;
 
-use super::{RunScore, Scoreboard};
+use domain::Scoreboard;
+
+use super::{RunScore, scoreboard};
 
 /// How to resample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +51,7 @@ pub struct Bootstrap {
 impl Bootstrap {
     /// Of these runs.
     pub fn new(scores: &[&RunScore], settings: &BootstrapSettings) -> Self {
-        let board = |runs: Vec<usize>| Scoreboard::of(&runs.into_iter().map(|run| scores[run]).collect::<Vec<_>>());
+        let board = |runs: Vec<usize>| scoreboard(&runs.into_iter().map(|run| scores[run]).collect::<Vec<_>>());
         Self { boards: resamples(scores.len(), settings).map(board).collect(), level: settings.level }
     }
 

@@ -21,7 +21,7 @@ use crate::{
 
 pub use bootstrap::{Bootstrap, BootstrapSettings, Interval};
 pub use comparison::Comparison;
-pub use scoreboard::{AlphaLambda, AtRul, Coverage, Horizons, LifeHorizons, RulBin, Scoreboard};
+pub use scoreboard::scoreboard;
 
 /// Levels of the quantiles of a backtest: 2.5, 5, 10, 15, ..., 95, 97.5 %.
 pub const LEVELS: [f64; 21] = [
@@ -137,7 +137,7 @@ pub fn replay(run: &Run, estimator: &dyn Estimator, settings: &ReplaySettings) -
     let horizon_fh = settings.prediction.horizon_fh;
     let score = run.failure_fh.map(|failure_fh| {
         let before = regular.partition_point(|prediction| prediction.t_fh < failure_fh);
-        RunScore { median_errors: medians, ..score(&regular[..before], failure_fh, settings) }
+        RunScore { median_errors: medians, ..score(&regular[..before], failure_fh, horizon_fh) }
     });
     Replay { predictions: regular.iter().map(|prediction| summary(prediction, horizon_fh)).collect(), score }
 }
@@ -194,9 +194,9 @@ fn median_error(draws: &[Option<f64>], truth_fh: f64, settings: &ReplaySettings)
     median.map_or(f64::INFINITY, |median_fh| metrics::relative_error(median_fh, truth_fh))
 }
 
-/// Of the predictions before the failure.
-fn score(before: &[Prediction], failure_fh: f64, settings: &ReplaySettings) -> RunScore {
-    let horizon_fh = settings.prediction.horizon_fh;
+/// Scores of predictions of one life, all of them before its failure. The medians at given remaining lives are
+/// left to who can ask for predictions at those times.
+pub fn score(before: &[Prediction], failure_fh: f64, horizon_fh: f64) -> RunScore {
     let judge = |Prediction { t_fh, draws }: &Prediction| {
         let truth_fh = failure_fh - t_fh;
         PredictionScore {

@@ -11,6 +11,7 @@ impl From<json::Status> for v1::Status {
             json::Status::Failed => Self::Failed,
             json::Status::InsufficientHistory => Self::InsufficientHistory,
             json::Status::Stale => Self::Stale,
+            json::Status::Inconsistent => Self::Inconsistent,
             json::Status::BeyondHorizon => Self::BeyondHorizon,
             json::Status::Ok => Self::Ok,
         }

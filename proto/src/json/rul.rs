@@ -19,6 +19,8 @@ pub enum Status {
     InsufficientHistory,
     /// The newest data is old: unknown, not healthy.
     Stale,
+    /// The observations contradict the model of damage: unknown; the numbers are kept, but not to act on.
+    Inconsistent,
     /// A forecast to act on.
     Ok,
     /// The median outlives the horizon.
@@ -31,6 +33,7 @@ impl From<domain::Status> for Status {
             domain::Status::Failed => Self::Failed,
             domain::Status::InsufficientHistory => Self::InsufficientHistory,
             domain::Status::Stale => Self::Stale,
+            domain::Status::Inconsistent => Self::Inconsistent,
             domain::Status::BeyondHorizon => Self::BeyondHorizon,
             domain::Status::Ok => Self::Ok,
         }

@@ -28,6 +28,7 @@ impl Badge {
             Status::Ok | Status::BeyondHorizon if near => (1, "soon", "▲", "end of life near"),
             Status::InsufficientHistory => (2, "unknown", "?", "unknown: not enough history"),
             Status::Stale => (2, "unknown", "?", "unknown: data is stale"),
+            Status::Inconsistent => (2, "unknown", "?", "unknown: data contradicts the model"),
             Status::Ok => (3, "good", "✔", "ok"),
             Status::BeyondHorizon => (3, "good", "✔", "beyond the horizon"),
         };

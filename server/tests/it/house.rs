@@ -9,8 +9,9 @@ use std::{
 };
 
 use domain::{
-    AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Estimate, FaultModel, FaultTrend, FaultVector, HingeLoad,
-    LoadSource, Mask, NUMERICS_VERSION, Outcome, Prognosis, Propagation, RulDistribution, SetAside, Timestamp, Upload,
+    AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Estimate, Explanation, FaultModel, FaultTrend,
+    FaultVector, HingeLoad, LoadSource, Mask, NUMERICS_VERSION, Outcome, Prognosis, Propagation, RulDistribution,
+    SetAside, Timestamp, Upload,
     prognosis::{Forecast, InsufficientHistory},
     state::State as Block,
 };
@@ -304,5 +305,7 @@ pub fn forecast(ending: usize) -> Forecast {
         rul: RulDistribution::from_draws(&ends, 10_000.0),
         probability_failed: 0.0,
         seed: u64::MAX,
+        explanation: Explanation::default(),
+        doubts: Vec::new(),
     }
 }

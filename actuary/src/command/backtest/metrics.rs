@@ -2,8 +2,9 @@
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
+use domain::Scoreboard;
 use prognosis::backtest::{
-    Bootstrap, BootstrapSettings, Comparison, Interval, JUDGED_RULS_FH, Replay, RunScore, Scoreboard,
+    Bootstrap, BootstrapSettings, Comparison, Interval, JUDGED_RULS_FH, Replay, RunScore, scoreboard,
 };
 use serde::{Serialize, Serializer};
 
@@ -181,7 +182,7 @@ impl Judgement {
         let replays = &judged.replays[index];
         let (ours, first) = (Groups::of(&replays.runs, judged), Groups::of(&judged.replays[0].runs, judged));
         let scores = |ours: &[&RunScore], first: &[&RunScore]| GroupScores {
-            board: Scoreboard::of(ours),
+            board: scoreboard(ours),
             intervals: Intervals::of(ours),
             against_first: (index > 0).then(|| Comparison::of(ours, first, &BootstrapSettings::default())).flatten(),
         };

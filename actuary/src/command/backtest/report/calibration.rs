@@ -1,6 +1,6 @@
 //! Whether probabilities mean what they say, and how sharp they are.
 
-use prognosis::backtest::{RulBin, Scoreboard};
+use domain::scoreboard::{RulBin, Scoreboard};
 
 use super::{Page, Panel, SIZE, class, escaped, key_item};
 use crate::command::backtest::chart::{Axis, Chart};

@@ -1,0 +1,50 @@
+//! What was done to a component, or found out about it, on the ground.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{PartNumber, Position, SerialNumber, TailNumber, Timestamp, UploadId};
+
+/// The name of an event: of the same form as that of an upload.
+pub type EventId = UploadId;
+
+/// One event, as reported.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MaintenanceEvent {
+    /// Its name, for ever.
+    pub event_id: EventId,
+    /// The aircraft.
+    pub tail: TailNumber,
+    /// The position on it.
+    pub position: Position,
+    /// The component's part number.
+    pub part_number: PartNumber,
+    /// Its serial number.
+    pub serial_number: SerialNumber,
+    /// What happened.
+    pub kind: EventKind,
+    /// When.
+    pub occurred_at: Timestamp,
+    /// The component's hours since new.
+    pub flight_hours: f64,
+    /// What the mechanic wrote.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub note: Option<String>,
+}
+
+/// What happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", tag = "kind", content = "outcome")]
+pub enum EventKind {
+    /// The component was inspected or tested.
+    Finding(Finding),
+}
+
+/// What an inspection found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Finding {
+    /// It no longer meets its requirements: this ends the life, and forecasts are judged by it.
+    Failed,
+    /// It meets them.
+    Serviceable,
+}
