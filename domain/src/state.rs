@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{AsOf, ContentHash, FaultTrend, Propagation};
+use crate::{
+    AsOf, ContentHash, Doubt, FaultTrend, Propagation,
+    explanation::{Growth, Movement},
+};
 
 /// Length of a block, flight hours.
 pub const BLOCK_FH: f64 = 20.0;
@@ -32,6 +35,15 @@ pub struct State {
     pub censored_fraction: f64,
     /// The horizon.
     pub horizon_fh: f64,
+    /// How the growth of the life has changed, where the estimator follows that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub growth: Option<Growth>,
+    /// How the forecast moved since the block before; `None` for the first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub movement: Option<Movement>,
+    /// What speaks against the forecast.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<Doubt>,
     /// Digest of (bundle, prior, every observation of the life up to this block).
     pub digest: ContentHash,
 }

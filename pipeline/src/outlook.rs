@@ -222,6 +222,9 @@ impl History<'_> {
             rul_mean_fh: rul.mean_fh(),
             censored_fraction: rul.censored_fraction(),
             horizon_fh: rul.horizon_fh(),
+            growth: None,
+            movement: None,
+            doubts: Vec::new(),
             digest,
         })
     }

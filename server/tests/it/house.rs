@@ -281,6 +281,9 @@ fn blocks(estimates: &[Estimate], forecast: &Forecast) -> Vec<Block> {
         rul_mean_fh: forecast.rul.mean_fh(),
         censored_fraction: forecast.rul.censored_fraction(),
         horizon_fh: forecast.rul.horizon_fh(),
+        growth: None,
+        movement: None,
+        doubts: Vec::new(),
         digest: ContentHash::of(b"block"),
     };
     estimates.iter().map(block).collect()
