@@ -1,6 +1,7 @@
 //! Bodies of the REST interface.
 
 mod component;
+mod explanation;
 mod health;
 mod load;
 mod model;
@@ -13,6 +14,7 @@ mod tail;
 mod upload;
 
 pub use component::{ComponentBody, InstallationItem, LifeItem};
+pub use explanation::{Doubt, DoubtKind, Driver, ExplanationBody, Growth, GrowthChange, Movement, Surprise};
 pub use health::{FaultEstimate, HealthItem, Outcome, StateItem};
 pub use load::{LoadBody, LoadSource};
 pub use model::{MaskBody, ModelItem};

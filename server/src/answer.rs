@@ -4,8 +4,8 @@ use domain::{
     ADVISORY, AsOf, Component, ContentHash, FaultModel, OperatorId, Position, Prognosis, RulDistribution, TailNumber,
 };
 use proto::json::{
-    AsOfBody, EndOfLife, FailureProbability, Fault, LoadBody, MaskBody, ModelItem, MonteCarlo, Page, PropagationBody,
-    RulBody, RulQuantiles, Status, TailItem,
+    AsOfBody, Doubt, EndOfLife, ExplanationBody, FailureProbability, Fault, LoadBody, MaskBody, ModelItem, MonteCarlo,
+    Page, PropagationBody, RulBody, RulQuantiles, Status, TailItem,
 };
 use store::{BundleRecord, Installed, InstalledTail};
 
@@ -43,6 +43,8 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         }),
         fault_vector: forecast.map(|forecast| Fault::by_name(&forecast.faults)),
         dominant_fault: forecast.map(|forecast| forecast.dominant_fault.clone()),
+        explanation: forecast.map(|forecast| ExplanationBody::from(&forecast.explanation)),
+        doubts: forecast.map(|forecast| forecast.doubts.iter().map(Doubt::from).collect()),
         load: prognosis.and_then(|prognosis| prognosis.load.as_ref()).map(LoadBody::from),
         propagation: forecast.map(|forecast| PropagationBody::from(&forecast.propagation)),
         monte_carlo: forecast.map(|forecast| MonteCarlo { draws: forecast.rul.draws(), seed: forecast.seed }),

@@ -5,6 +5,7 @@ mod chart;
 mod component;
 mod docs;
 mod fleet;
+mod reasons;
 mod words;
 
 use askama::Template;

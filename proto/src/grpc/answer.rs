@@ -47,6 +47,8 @@ impl From<json::RulBody> for v1::Rul {
             pending_uploads: body.pending_uploads,
             advisory: body.advisory,
             load: body.load.map(Into::into),
+            explanation: body.explanation.map(Into::into),
+            doubts: each(body.doubts.unwrap_or_default()),
         }
     }
 }

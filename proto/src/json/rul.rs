@@ -6,7 +6,7 @@ use domain::{AsOf, FaultTrend, Propagation, RulDistribution};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::LoadBody;
+use super::{Doubt, ExplanationBody, LoadBody};
 
 /// How to read a prognosis now: the first that applies. Ordered from the worst to the best; unknown
 /// is worse than any forecast.
@@ -87,6 +87,12 @@ pub struct RulBody {
     /// The fault that most often drives the end of life.
     #[schema(required, example = "k1")]
     pub dominant_fault: Option<String>,
+    /// Why the forecast says so; null when there is none.
+    #[schema(required)]
+    pub explanation: Option<ExplanationBody>,
+    /// Reasons not to trust the forecast; empty when nothing speaks against it, null when there is none.
+    #[schema(required)]
+    pub doubts: Option<Vec<Doubt>>,
     /// The actuator's load in the newest data that tells it.
     #[schema(required)]
     pub load: Option<LoadBody>,

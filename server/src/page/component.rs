@@ -8,6 +8,7 @@ use proto::json::{LoadBody, LoadSource, RulBody};
 use super::{
     chart::{Chart, Sample},
     html,
+    reasons::{Reasons, Warning},
     words::{Badge, grouped, hours},
 };
 use crate::{answer, app::Shared, parameters::Named, refusal::Refusal, rest::Place};
@@ -22,6 +23,8 @@ struct ComponentPage {
     badge: Badge,
     as_of: String,
     load: Option<String>,
+    warnings: Vec<Warning>,
+    reasons: Option<Reasons>,
     /// Name of a quantile, its remaining life.
     quantiles: Vec<(&'static str, String)>,
     /// Within, probability.
@@ -48,6 +51,8 @@ pub async fn get(Extract(shared): Extract<Shared>, Named(place): Named<Place>) -
         badge: Badge::of(&body),
         as_of: as_of(&body),
         load: body.load.as_ref().map(load),
+        warnings: Warning::all(&body),
+        reasons: Reasons::of(&body),
         quantiles: quantiles(&body),
         failures: failures(&body),
         rul_chart: rul_chart(&blocks),

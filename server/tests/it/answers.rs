@@ -5,11 +5,11 @@ use proto::v1::{self, fleet_health_client::FleetHealthClient, models_client::Mod
 use serde_json::{Value, json};
 use tonic::Code;
 
-use crate::house::{House, forecast};
+use crate::house::{House, doubtful, explanation, forecast};
 
 const RUL: &str = "/v1/tails/EC-MXA/positions/AIL-L/rul";
 const HEALTH: &str = "/v1/tails/EC-MXA/positions/AIL-L/health";
-const FIELDS: [&str; 26] = [
+const FIELDS: [&str; 28] = [
     "tail",
     "position",
     "part_number",
@@ -25,6 +25,8 @@ const FIELDS: [&str; 26] = [
     "end_of_life",
     "fault_vector",
     "dominant_fault",
+    "explanation",
+    "doubts",
     "load",
     "propagation",
     "monte_carlo",
@@ -65,7 +67,7 @@ async fn without_history_every_number_is_null_and_the_reason_is_told() {
         names.sort_unstable();
         expected.sort_unstable();
         assert_eq!(names, expected);
-        for null in ["rul_fh", "censored_fraction", "probability_of_failure", "fault_vector", "propagation"] {
+        for null in ["rul_fh", "censored_fraction", "probability_of_failure", "fault_vector", "explanation", "doubts"] {
             assert_eq!(body[null], Value::Null, "{null}");
         }
         assert!(body["missing"].is_string());
@@ -138,6 +140,28 @@ async fn old_data_is_stale_and_keeps_its_numbers() {
     let body = house.read(RUL).await;
     assert_eq!(body["status"], "stale");
     assert_eq!(body["rul_fh"]["p50"], 2020.0);
+}
+
+#[tokio::test]
+async fn a_forecast_tells_its_reasons_and_what_speaks_against_it() {
+    let house = house_with(every_second_block(6)).await;
+    house.work(Ok(domain::prognosis::Forecast { explanation: explanation(), ..forecast(80) })).await;
+    let body = house.read(RUL).await;
+    // The body of the interface has the fields of the noun, under the same names.
+    assert_eq!(body["explanation"], serde_json::to_value(explanation()).unwrap());
+    assert_eq!((&body["status"], &body["doubts"]), (&json!("ok"), &json!([])));
+
+    assert_eq!(house.upload("EC-MXA", &house.body("more", 240.0)).await.status(), 202);
+    house.work(Ok(doubtful(80))).await;
+    let body = house.read(RUL).await;
+    assert_eq!(body["status"], "inconsistent");
+    assert_eq!(body["doubts"], serde_json::to_value(doubtful(80).doubts).unwrap());
+    assert_eq!(body["rul_fh"]["p50"], 2020.0, "the numbers are kept");
+    let mut grpc = FleetHealthClient::new(house.channel().await);
+    let place = v1::GetRulRequest { tail: "EC-MXA".into(), position: "AIL-L".into(), within_fh: vec![] };
+    let rul = grpc.get_rul(place).await.unwrap().into_inner();
+    assert_eq!(rul, serde_json::from_value::<proto::json::RulBody>(body).unwrap().into());
+    assert_eq!(rul.doubts[1].kind(), v1::DoubtKind::OutsideTraining);
 }
 
 #[tokio::test]

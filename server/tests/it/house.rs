@@ -9,9 +9,10 @@ use std::{
 };
 
 use domain::{
-    AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Estimate, Explanation, FaultModel, FaultTrend,
-    FaultVector, HingeLoad, LoadSource, Mask, NUMERICS_VERSION, Outcome, Prognosis, Propagation, RulDistribution,
-    SetAside, Timestamp, Upload,
+    AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Doubt, DoubtKind, Estimate, Explanation, FaultModel,
+    FaultTrend, FaultVector, HingeLoad, LoadSource, Mask, NUMERICS_VERSION, Outcome, Prognosis, Propagation,
+    RulDistribution, SetAside, Timestamp, Upload,
+    explanation::{Driver, Growth, GrowthChange, Movement, Surprise},
     prognosis::{Forecast, InsufficientHistory},
     state::State as Block,
 };
@@ -310,5 +311,51 @@ pub fn forecast(ending: usize) -> Forecast {
         seed: u64::MAX,
         explanation: Explanation::default(),
         doubts: Vec::new(),
+    }
+}
+
+/// The reasons of a forecast whose growth changed, and that moved since.
+pub fn explanation() -> Explanation {
+    let surprise = |fault: &str, z: f64| Surprise { fault: fault.to_owned(), expected: 0.1, seen: 0.1 + 0.01 * z, z };
+    let driver = |faults: &[&str], share: f64| Driver { faults: faults.iter().map(|&f| f.to_owned()).collect(), share };
+    Explanation {
+        drivers: vec![driver(&["k2"], 0.75), driver(&["k4", "k5"], 0.25)],
+        growth: Some(Growth {
+            multiplier: 1.4,
+            sigma: 0.2,
+            changed_probability: 0.93,
+            latest_change: Some(GrowthChange {
+                from_fh: 3120.0,
+                to_fh: 3280.0,
+                factor: 1.5,
+                factor_p10: 1.2,
+                factor_p90: 1.9,
+            }),
+        }),
+        movement: Some(Movement {
+            since: AsOf {
+                flight_hours: 4820.0,
+                recorded_at: time("2026-02-20T00:00:00Z"),
+                upload_id: "before".parse().unwrap(),
+            },
+            passed_fh: 20.0,
+            median_before_fh: Some(2105.0),
+            moved_fh: Some(-85.0),
+            standard_error_fh: Some(12.0),
+            surprises: vec![surprise("k2", 3.4), surprise("k1", -0.3)],
+        }),
+    }
+}
+
+/// A forecast that contradicts what its own model leads one to expect.
+pub fn doubtful(ending: usize) -> Forecast {
+    let doubt = |kind, detail: &str| Doubt { kind, detail: detail.to_owned() };
+    Forecast {
+        doubts: vec![
+            doubt(DoubtKind::Inconsistent, "the last 3 blocks are 5.2 standard deviations away"),
+            doubt(DoubtKind::OutsideTraining, "42 % of the ends of life lie outside"),
+        ],
+        explanation: explanation(),
+        ..forecast(ending)
     }
 }

@@ -3,7 +3,7 @@
 use domain::prognosis::{Forecast, InsufficientHistory};
 use serde_json::json;
 
-use crate::house::{House, forecast};
+use crate::house::{House, doubtful, explanation, forecast};
 
 async fn page(house: &House, path: &str) -> String {
     let response = house.get(path).await;
@@ -69,6 +69,31 @@ async fn a_component_has_its_charts() {
     assert!(!html.contains("<b>"), "names are escaped");
     assert!(!html.contains("NaN"));
     house.refused("/tails/EC-MXA/positions/AIL-R", 404).await;
+}
+
+#[tokio::test]
+async fn a_component_tells_why_in_words() {
+    let house = House::open().await;
+    judged(&house, "EC-MXA", &[0.0, 40.0], Ok(Forecast { explanation: explanation(), ..forecast(80) })).await;
+    let html = page(&house, "/tails/EC-MXA/positions/AIL-L").await;
+    let words = [
+        "<th scope=\"row\">k4 and k5</th>",
+        "width: 75%",
+        "1.40 \u{b1} 0.20 times as fast",
+        "between 3\u{202f}120 and 3\u{202f}280 fh and by a factor of 1.50 (1.20 to 1.90",
+        "Since 4\u{202f}820 fh (20 fh ago) the median end of life has moved 85 \u{b1} 12 fh earlier.",
+        "k2 came out at 0.1340 where 0.1000 was expected: 3.4 standard deviations more.",
+    ];
+    for words in words {
+        assert!(html.contains(words), "{words}: {html}");
+    }
+    assert!(!html.contains("k1 came out"), "what was expected is no news");
+    assert!(!html.contains("class=\"warning\""));
+    judged(&house, "EC-ODD", &[0.0, 40.0], Ok(doubtful(80))).await;
+    let html = page(&house, "/tails/EC-ODD/positions/AIL-L").await;
+    assert_eq!(html.matches("class=\"warning\"").count(), 2);
+    assert!(html.contains("not to act on.</strong> the last 3 blocks are 5.2 standard deviations away."));
+    assert!(html.contains("badge unknown") && !html.contains("badge good"));
 }
 
 #[tokio::test]

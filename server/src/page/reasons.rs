@@ -1,0 +1,127 @@
+//! Why a forecast says what it says, and what speaks against it, in words for a planner.
+
+use proto::json::{Doubt, DoubtKind, Driver, ExplanationBody, Growth, Movement, RulBody, Surprise};
+
+use super::words::grouped;
+
+/// From this distance on an observation is called surprising, standard deviations.
+const SURPRISING: f64 = 2.0;
+/// Within so many of its standard errors a movement is no movement.
+const STANDARD_ERRORS: f64 = 2.0;
+
+/// What is told about the reasons of a forecast.
+pub struct Reasons {
+    /// What drives the end of life.
+    pub drivers: Vec<Bar>,
+    /// Whether the growth has changed, sentence by sentence.
+    pub growth: Vec<String>,
+    /// How the prediction moved, and what was surprising.
+    pub movement: Vec<String>,
+}
+
+/// A share as a bar.
+pub struct Bar {
+    /// Whose share.
+    pub label: String,
+    /// The share.
+    pub percent: String,
+}
+
+/// A reason not to trust a forecast.
+pub struct Warning {
+    /// What it means.
+    pub heading: &'static str,
+    /// The figures.
+    pub detail: String,
+}
+
+impl Reasons {
+    /// The reasons of a forecast; `None` without one that tells any.
+    pub fn of(body: &RulBody) -> Option<Self> {
+        let ExplanationBody { drivers, growth, movement } = body.explanation.as_ref()?;
+        let told = Self {
+            drivers: drivers.iter().map(bar).collect(),
+            growth: growth.as_ref().map(grown).unwrap_or_default(),
+            movement: movement.as_ref().map(moved).unwrap_or_default(),
+        };
+        (!(told.drivers.is_empty() && told.growth.is_empty() && told.movement.is_empty())).then_some(told)
+    }
+}
+
+impl Warning {
+    /// What speaks against a forecast.
+    pub fn all(body: &RulBody) -> Vec<Self> {
+        let warning = |doubt: &Doubt| Self {
+            heading: match doubt.kind {
+                DoubtKind::Inconsistent => {
+                    "The data contradicts the model of damage: its state is unknown, and the numbers are not to act on."
+                }
+                DoubtKind::OutsideTraining => {
+                    "The forecast leads to where the assessment has learned nothing: take it with caution."
+                }
+            },
+            detail: doubt.detail.clone(),
+        };
+        body.doubts.iter().flatten().map(warning).collect()
+    }
+}
+
+fn bar(driver: &Driver) -> Bar {
+    Bar { label: driver.faults.join(" and "), percent: format!("{:.0}", 100.0 * driver.share) }
+}
+
+fn grown(growth: &Growth) -> Vec<String> {
+    let pace = format!("It wears {:.2} \u{b1} {:.2} times as fast as it began to.", growth.multiplier, growth.sigma);
+    let changed = 100.0 * growth.changed_probability;
+    let change = match &growth.latest_change {
+        Some(change) => format!(
+            "Its growth changed with a probability of {changed:.0} %, the last time between {} and {} fh and by a \
+             factor of {:.2} ({:.2} to {:.2}; each range holds with 80 %).",
+            grouped(change.from_fh),
+            grouped(change.to_fh),
+            change.factor,
+            change.factor_p10,
+            change.factor_p90,
+        ),
+        None => format!("A change of its growth is not likely so far: {changed:.0} %."),
+    };
+    vec![pace, change]
+}
+
+fn moved(movement: &Movement) -> Vec<String> {
+    let mut sentences = vec![travel(movement)];
+    let surprising: Vec<&Surprise> = movement.surprises.iter().filter(|s| s.z.abs() >= SURPRISING).collect();
+    if surprising.is_empty() && !movement.surprises.is_empty() {
+        sentences.push(format!(
+            "Nothing in the newest data was surprising: every fault came within {SURPRISING} standard deviations of \
+             what was expected."
+        ));
+    }
+    sentences.extend(surprising.into_iter().map(|surprise| {
+        let side = if surprise.z > 0.0 { "more" } else { "less" };
+        format!(
+            "{} came out at {:.4} where {:.4} was expected: {:.1} standard deviations {side}.",
+            surprise.fault,
+            surprise.seen,
+            surprise.expected,
+            surprise.z.abs(),
+        )
+    }));
+    sentences
+}
+
+fn travel(movement: &Movement) -> String {
+    let since = format!("Since {} fh ({} fh ago)", grouped(movement.since.flight_hours), grouped(movement.passed_fh));
+    let Some(moved_fh) = movement.moved_fh else {
+        return format!("{since} the movement is not known: the median was, or is, beyond the horizon.");
+    };
+    let error = movement.standard_error_fh.map(|error| format!(" \u{b1} {}", grouped(error))).unwrap_or_default();
+    let distance = grouped(moved_fh.abs());
+    if movement.standard_error_fh.is_some_and(|error| moved_fh.abs() <= STANDARD_ERRORS * error) {
+        return format!(
+            "{since} the median end of life has not moved beyond the error of the draws: {distance}{error} fh."
+        );
+    }
+    let direction = if moved_fh < 0.0 { "earlier" } else { "later" };
+    format!("{since} the median end of life has moved {distance}{error} fh {direction}.")
+}
