@@ -22,9 +22,9 @@ pub struct Observation {
     pub fault_vector: FaultVector,
     /// Calibrated standard deviation of each entry.
     pub sigma: Vec<f64>,
-    /// Load relative to its reference; this filter leaves its influence to the bias of each life.
+    /// Load relative to its reference.
     pub load: Option<f64>,
-    /// Temperature relative to its reference and scale; used as little as the load.
+    /// Temperature relative to its reference and scale.
     pub temperature: Option<f64>,
 }
 
@@ -43,6 +43,10 @@ pub struct Block {
     pub variance: Vec<f64>,
     /// Standard deviation of a single observation of each entry.
     pub sigma: Vec<f64>,
+    /// Mean load of the observations that have one.
+    pub load: Option<f64>,
+    /// Mean temperature of the observations that have one.
+    pub temperature: Option<f64>,
 }
 
 /// The closed blocks of a life.
@@ -109,8 +113,18 @@ fn condense(observations: &[Observation], range: Range<usize>) -> Block {
         mean: (0..entries).map(|entry| trimmed_mean(sorted(inside, |o| o.fault_vector.values()[entry]))).collect(),
         variance: (0..entries).map(|entry| shrink * square(entry) / n).collect(),
         sigma: (0..entries).map(|entry| square(entry).sqrt()).collect(),
+        load: mean(inside, |o| o.load),
+        temperature: mean(inside, |o| o.temperature),
         observations: range,
     }
+}
+
+/// Mean over the observations that have a value.
+fn mean(observations: &[Observation], value: impl Fn(&Observation) -> Option<f64>) -> Option<f64> {
+    let mut values: Vec<f64> = observations.iter().filter_map(value).collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let n = values.len() as f64;
+    (!values.is_empty()).then(|| sum(values) / n)
 }
 
 /// Values in ascending order, so that sums do not depend on the order of arrival.

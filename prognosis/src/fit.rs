@@ -4,8 +4,10 @@
 //! and the process noise.
 //! **Update rule**: expectation maximisation. E-step: the whole filter over each history. M-step:
 //! mean posterior weights of the rates, smoothed by (1/4, 1/2, 1/4); moments of the biases of
-//! dominant and minor groups; mean probability of being dominant, and of growth that changes. After each round the process noise
-//! takes a step up or down where that raises the evidence.
+//! dominant and minor groups; mean probability of being dominant, and of growth that changes. All of them count
+//! the first guess, the prior of a larger fleet, as some lives more (a conjugate prior, so the result is the
+//! most probable one and no longer the likeliest). After each round the process noise takes a step up or down
+//! where that raises the evidence.
 //! **Requirements**: offline; parallel over histories, summed in their order, so the result does not
 //! depend on the number of threads.
 //! **Source**: Dempster, Laird, Rubin 1977. Whether a history ended in failure is not used.
@@ -29,11 +31,14 @@ const NOISE_FACTORS: [f64; 3] = [1.0, 1.1, 1.0 / 1.1];
 pub struct FitSettings {
     /// Rounds of expectation and maximisation.
     pub rounds: usize,
+    /// As how many lives the first guess counts: the more, the nearer to it stays a prior that is
+    /// learned from few. Zero where the guess is a mere start. Finite.
+    pub parent_lives: f64,
 }
 
 impl Default for FitSettings {
     fn default() -> Self {
-        Self { rounds: 12 }
+        Self { rounds: 12, parent_lives: 0.0 }
     }
 }
 
@@ -54,8 +59,8 @@ pub fn fit_prior(
     fit_prior_from(FleetPrior::vague(), histories, model, settings)
 }
 
-/// [`fit_prior`] from a first guess, whose grid of rates, law of growth changes and understanding of clipped
-/// observations stay. Of the law the probability that growth changes is learned. The filter with changes is
+/// [`fit_prior`] from a first guess, which counts as [`FitSettings::parent_lives`], and whose grid of rates, law of
+/// growth changes and understanding of clipped observations stay. Of the law the probability that growth changes is learned. The filter with changes is
 /// dear, so that with them the process noise stays too: learn it without them first.
 pub fn fit_prior_from(
     guess: FleetPrior,
@@ -68,6 +73,7 @@ pub fn fit_prior_from(
     if lives.is_empty() {
         return Err(NoHistory { histories: histories.len() });
     }
+    let parent = Summary::of_parent(&guess, settings.parent_lives, model);
     let mut prior = guess;
     for _ in 0..settings.rounds {
         let factors: &[f64] = if prior.growth_changes.is_some() { &[1.0] } else { &NOISE_FACTORS };
@@ -78,7 +84,7 @@ pub fn fit_prior_from(
         });
         let best = candidates.reduce(|a, b| if b.1.log_evidence > a.1.log_evidence { b } else { a });
         let (candidate, summary) = best.expect("a candidate");
-        prior = summary.maximise(&candidate);
+        prior = summary.maximise(&candidate, &parent);
     }
     Ok(prior)
 }
@@ -150,6 +156,24 @@ impl Summary {
         summary
     }
 
+    /// A prior, as if learned from so many lives.
+    fn of_parent(parent: &FleetPrior, lives: f64, model: &FaultModel) -> Self {
+        let mut summary = Self {
+            lives,
+            changing: lives * parent.growth_changes.map_or(0.0, |changes| changes.probability),
+            ..Self::default()
+        };
+        let dominance: f64 = model.groups.iter().map(|group| parent.of(group).dominance).sum();
+        for group in &model.groups {
+            let (kind, axes) = match group {
+                FaultGroup::OneSided { .. } => (&mut summary.one_sided, 1.0),
+                FaultGroup::Pair { .. } => (&mut summary.pair, 2.0),
+            };
+            kind.add(&Kind::of_parent(parent.of(group), dominance, lives, axes));
+        }
+        summary
+    }
+
     fn add(&mut self, other: &Self) {
         self.lives += other.lives;
         self.changing += other.changing;
@@ -158,19 +182,30 @@ impl Summary {
         self.pair.add(&other.pair);
     }
 
-    /// M-step.
-    fn maximise(&self, prior: &FleetPrior) -> FleetPrior {
-        let probability = self.changing / self.lives;
+    /// M-step, with what the parent adds.
+    fn maximise(&self, prior: &FleetPrior, parent: &Self) -> FleetPrior {
+        let probability = (self.changing + parent.changing) / (self.lives + parent.lives);
         FleetPrior {
             growth_changes: prior.growth_changes.map(|changes| GrowthChanges { probability, ..changes }),
-            one_sided: self.one_sided.maximise(&prior.one_sided, true),
-            pair: self.pair.maximise(&prior.pair, false),
+            one_sided: self.one_sided.maximise(&prior.one_sided, &parent.one_sided, true),
+            pair: self.pair.maximise(&prior.pair, &parent.pair, false),
             ..prior.clone()
         }
     }
 }
 
 impl Kind {
+    /// One group of so many lives with this prior; `dominance` is the sum over all groups.
+    fn of_parent(parent: &GroupPrior, dominance: f64, lives: f64, axes: f64) -> Self {
+        let dominant = parent.dominance / dominance;
+        Self {
+            groups: lives,
+            rate_weights: parent.rate_weights.iter().map(|weight| lives * weight).collect(),
+            minor: Bias::of_parent(parent.minor, lives * axes * (1.0 - dominant)),
+            dominant: Bias::of_parent(parent.dominant, lives * axes * dominant),
+        }
+    }
+
     fn observe(&mut self, bank: &BankPosterior, probability: f64, class: impl Fn(&mut Self) -> &mut Bias) {
         self.rate_weights.resize(bank.weights.len(), 0.0);
         for (rate, weight) in bank.weights.iter().enumerate() {
@@ -196,21 +231,28 @@ impl Kind {
     }
 
     /// A kind that no life has keeps its prior; so does a class of bias that no group falls into.
-    fn maximise(&self, prior: &GroupPrior, free_mean: bool) -> GroupPrior {
+    fn maximise(&self, prior: &GroupPrior, parent: &Self, free_mean: bool) -> GroupPrior {
         if self.groups == 0.0 {
             return prior.clone();
         }
-        let dominant_axes = self.dominant.weight / (self.dominant.weight + self.minor.weight);
+        let mut all = Self { rate_weights: smoothed(&self.rate_weights), ..self.clone() };
+        all.add(parent);
         GroupPrior {
-            rate_weights: smoothed(&self.rate_weights, self.groups),
-            minor: self.minor.maximise(prior.minor, free_mean),
-            dominant: self.dominant.maximise(prior.dominant, free_mean),
-            dominance: dominant_axes,
+            rate_weights: all.rate_weights.iter().map(|weight| weight / all.groups).collect(),
+            minor: all.minor.maximise(prior.minor, free_mean),
+            dominant: all.dominant.maximise(prior.dominant, free_mean),
+            dominance: all.dominant.weight / (all.dominant.weight + all.minor.weight),
         }
     }
 }
 
 impl Bias {
+    fn of_parent(BiasPrior { mean_per_h, sd_per_h }: BiasPrior, weight: f64) -> Self {
+        let mut bias = Self::default();
+        bias.add(weight, mean_per_h, sd_per_h * sd_per_h);
+        bias
+    }
+
     fn add(&mut self, weight: f64, mean: f64, variance: f64) {
         self.weight += weight;
         self.sum += weight * mean;
@@ -227,8 +269,8 @@ impl Bias {
 }
 
 /// Weights over the grid smoothed by (1/4, 1/2, 1/4), reflected at the ends, so that their sum stays.
-fn smoothed(weights: &[f64], total: f64) -> Vec<f64> {
+fn smoothed(weights: &[f64]) -> Vec<f64> {
     let last = weights.len() - 1;
     let around = |i: usize| 0.25 * weights[i.saturating_sub(1)] + 0.5 * weights[i] + 0.25 * weights[(i + 1).min(last)];
-    (0..weights.len()).map(|i| around(i) / total).collect()
+    (0..weights.len()).map(around).collect()
 }

@@ -238,7 +238,7 @@ fn learning_and_forecasting_do_not_depend_on_the_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let model = FaultModel::electrical();
-            let prior = fit_prior(&histories, &model, &FitSettings { rounds: 2 }).unwrap();
+            let prior = fit_prior(&histories, &model, &FitSettings { rounds: 2, ..FitSettings::default() }).unwrap();
             let boundary = Weighted(vec![8.0; 5]);
             let predict = |history: &Vec<Observation>| {
                 let known = posterior(history, &prior);

@@ -16,7 +16,7 @@ use prognosis::{
 use rayon::prelude::*;
 
 /// Rounds of learning with growth changes, after those without.
-const ROUNDS: FitSettings = FitSettings { rounds: 3 };
+const ROUNDS: FitSettings = FitSettings { rounds: 3, parent_lives: 0.0 };
 
 fn settings(every_fh: f64, draws: usize) -> ReplaySettings {
     ReplaySettings { every_fh, prediction: PredictionSettings { draws, horizon_fh: 8000.0 }, seed: 1 }

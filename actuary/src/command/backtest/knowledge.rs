@@ -94,7 +94,7 @@ impl Knowledge {
         self.prior = fit_prior(&lives, &self.faults, &settings).map_err(|error| refused(&error))?;
         if growth_changes {
             let guess = self.prior.clone().with_growth_changes();
-            let settings = FitSettings { rounds: GROWTH_CHANGE_ROUNDS };
+            let settings = FitSettings { rounds: GROWTH_CHANGE_ROUNDS, ..FitSettings::default() };
             let prior = fit_prior_from(guess, &lives, &self.faults, &settings);
             self.changing_prior = Some(prior.map_err(|error| refused(&error))?);
         }

@@ -1,0 +1,73 @@
+//! The prior of a part of a fleet, learned from few lives and the prior of the whole.
+//!
+//! - What: the [`FleetPrior`] of a part number, an operator or any other part of a fleet.
+//! - Update rule: expectation maximisation from the parent, which counts as [`PARENT_LIVES`] more lives in
+//!   everything that is learned; then the failure-time error, pooled in the same proportion. A part with few
+//!   lives stays near its parent, one with many leaves it.
+//! - Requirements: offline; lives that ended in failure. The result depends neither on threads nor on the
+//!   order of the lives.
+//! - Source: Gelman et al., Bayesian Data Analysis, chapter 5; conjugate priors as pseudo-observations.
+
+use domain::FaultModel;
+
+use crate::{
+    block::Observation,
+    boundary::Boundary,
+    failure_time::{FinishedLife, fit_failure_time_error},
+    fit::{FitSettings, NoHistory, fit_prior_from},
+    prior::{FailureTimeError, FleetPrior},
+};
+
+/// As how many lives the parent counts.
+const PARENT_LIVES: f64 = 10.0;
+/// Rounds of expectation and maximisation: fewer than from a vague guess, since the parent is near.
+const ROUNDS: usize = 4;
+
+/// What these lives say beyond what the parent knows. Growth may change if it may under the parent. Without
+/// lives it is the parent.
+///
+/// # Errors
+///
+/// If there are lives, but none with a closed block of observations.
+pub fn learn_from_finished(
+    parent: &FleetPrior,
+    lives: &[FinishedLife],
+    model: &FaultModel,
+    boundary: &dyn Boundary,
+    seed: u64,
+) -> Result<FleetPrior, NoHistory> {
+    if lives.is_empty() {
+        return Ok(parent.clone());
+    }
+    let mut lives = lives.to_vec();
+    lives.sort_by(|a, b| content(a).cmp(content(b)));
+    let histories: Vec<Vec<Observation>> = lives.iter().map(|life| life.observations.clone()).collect();
+    let settings = FitSettings { rounds: ROUNDS, parent_lives: PARENT_LIVES };
+    let prior = fit_prior_from(parent.clone(), &histories, model, &settings)?;
+    let own = fit_failure_time_error(&lives, model, &prior, boundary, seed);
+    let failure_time_error = pooled(parent.failure_time_error, own, lives.len() as f64);
+    Ok(FleetPrior { failure_time_error, ..prior })
+}
+
+/// All numbers of a life, bit by bit.
+fn content(life: &FinishedLife) -> impl Iterator<Item = u64> {
+    let of_observation = |observation: &Observation| {
+        let Observation { t_fh, fault_vector, sigma, load, temperature } = observation;
+        let driven_by = [load, temperature].map(|input| input.unwrap_or(f64::NAN));
+        let faults = fault_vector.values().iter().chain(sigma).copied();
+        std::iter::once(*t_fh).chain(driven_by).chain(faults).map(f64::to_bits).collect::<Vec<_>>()
+    };
+    std::iter::once(life.failure_fh.to_bits()).chain(life.observations.iter().flat_map(of_observation))
+}
+
+/// The moments of the parent's errors and of those of `lives` lives together.
+fn pooled(parent: Option<FailureTimeError>, own: Option<FailureTimeError>, lives: f64) -> Option<FailureTimeError> {
+    let (Some(parent), Some(own)) = (parent, own) else {
+        return own.or(parent);
+    };
+    let share = lives / (lives + PARENT_LIVES);
+    let mean = |value: fn(FailureTimeError) -> f64| share * value(own) + (1.0 - share) * value(parent);
+    let offset_fh = mean(|error| error.offset_fh);
+    let square = mean(|error| error.sd_fh * error.sd_fh + error.offset_fh * error.offset_fh);
+    Some(FailureTimeError { offset_fh, sd_fh: (square - offset_fh * offset_fh).max(0.0).sqrt() })
+}
