@@ -5,6 +5,7 @@ mod command;
 mod default_model;
 mod exit;
 mod files;
+mod hindsight;
 mod progress;
 mod service;
 mod table;

@@ -11,7 +11,7 @@ mod wing;
 pub use client::{Client, Sent};
 pub use fleet::{FH_PER_DAY, Fleet, FleetPlan, Flown};
 pub use instrument::Physics;
-pub use truth::write_truth;
+pub use truth::{Truth, write_truth};
 
 use domain::Invalid;
 

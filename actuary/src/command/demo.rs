@@ -17,6 +17,7 @@ use tokio::task::JoinHandle;
 use crate::{
     clock::SimulatedClock,
     exit::Failure,
+    hindsight,
     service::{Service, Settings, interrupted},
     table, telemetry,
 };
@@ -120,19 +121,19 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database_url: String) -
     let flight = tokio::spawn(fly(plan, service.url(), clock, hours, !arguments.exit));
     let onlooker = tokio::spawn(screen.clone().look_on());
     let outcome = tokio::select! {
-        landed = finished(flight, &service, arguments.exit) => landed,
-        () = interrupted() => if arguments.exit { Err(anyhow!("interrupted")) } else { Ok(()) },
+        landed = finished(flight, &service, arguments.exit) => landed.map(Some),
+        () = interrupted() => if arguments.exit { Err(anyhow!("interrupted")) } else { Ok(None) },
     };
     onlooker.abort();
-    if outcome.is_ok() && arguments.exit {
-        screen.finish().await?;
+    if let (Ok(Some(fleet)), true) = (&outcome, arguments.exit) {
+        screen.finish(fleet).await?;
     }
     service.stop().await?;
-    outcome
+    outcome.map(|_| ())
 }
 
 /// Flies the fleet's past as fast as it can, then its future step by step; the clock flies along.
-async fn fly(plan: FleetPlan, url: String, clock: SimulatedClock, hours: Option<f64>, paced: bool) -> Result<()> {
+async fn fly(plan: FleetPlan, url: String, clock: SimulatedClock, hours: Option<f64>, paced: bool) -> Result<Fleet> {
     let mut fleet = Fleet::launch(plan.clone(), Client::new(&url)?).await?;
     let mut now_fh = fleet.flown_fh();
     let last_fh = hours.map_or(f64::INFINITY, |hours| now_fh.max(0.0) + hours);
@@ -144,20 +145,20 @@ async fn fly(plan: FleetPlan, url: String, clock: SimulatedClock, hours: Option<
         fleet.fly_until(now_fh).await?;
         pause.await;
     }
-    Ok(())
+    Ok(fleet)
 }
 
 /// Waits for the fleet to land; without `exit` the service goes on afterwards.
-async fn finished(flight: JoinHandle<Result<()>>, service: &Service, exit: bool) -> Result<()> {
-    flight.await??;
+async fn finished(flight: JoinHandle<Result<Fleet>>, service: &Service, exit: bool) -> Result<Fleet> {
+    let fleet = flight.await??;
     if !exit {
         interrupted().await;
-        return Ok(());
+        return Ok(fleet);
     }
     while service.store.pending().await? > 0 {
         tokio::time::sleep(Duration::from_millis(50)).await;
     }
-    Ok(())
+    Ok(fleet)
 }
 
 /// Where the fleet is shown.
@@ -192,14 +193,15 @@ impl Screen {
         }
     }
 
-    /// The last word: the table, or JSON.
-    async fn finish(&self) -> Result<()> {
+    /// The last word: the table, or JSON, and how good the forecasts were.
+    async fn finish(&self, fleet: &Fleet) -> Result<()> {
         let prognoses = self.prognoses().await?;
         if self.json {
             println!("{}", serde_json::to_string_pretty(&prognoses)?);
         } else {
             self.say(&table::fleet(&prognoses));
         }
+        self.say(&hindsight::verdict(&prognoses, fleet.truth()));
         Ok(())
     }
 
