@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{PartNumber, Position, SerialNumber, TailNumber, Timestamp, UploadId};
+use crate::{Component, OperatorId, PartNumber, Position, SerialNumber, TailNumber, Timestamp, UploadId};
 
 /// The name of an event: of the same form as that of an upload.
 pub type EventId = UploadId;
@@ -47,4 +47,15 @@ pub enum Finding {
     Failed,
     /// It meets them.
     Serviceable,
+}
+
+impl MaintenanceEvent {
+    /// Who it is about.
+    pub fn component(&self, operator: &OperatorId) -> Component {
+        Component {
+            operator: operator.clone(),
+            part_number: self.part_number.clone(),
+            serial_number: self.serial_number.clone(),
+        }
+    }
 }
