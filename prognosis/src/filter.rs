@@ -34,14 +34,14 @@ const START_SD: f64 = 1e-3;
 /// Of all random numbers.
 const SEED: u64 = 0;
 
-/// The state of the filter; cloning it is a checkpoint.
+/// The state of the filter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filter {
     pub(crate) model: FaultModel,
     pub(crate) rates_per_h: Vec<f64>,
     pub(crate) process_noise: f64,
     pub(crate) growth_changes: Option<GrowthChanges>,
-    clipped_mean: ClippedMean,
+    pub(crate) clipped_mean: ClippedMean,
     /// Time that the state belongs to, hours since the start of the life.
     pub(crate) t_fh: f64,
     /// Observations seen.
@@ -54,11 +54,23 @@ pub struct Filter {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Particle {
     /// Log of its weight before any evidence; resampling takes the evidence of the past out of it.
-    log_prior: f64,
+    pub log_prior: f64,
     /// The present growth multiplier.
     pub growth: f64,
+    /// How it came about, unless it is that of the start.
+    pub latest_change: Option<Change>,
     /// One per group of the model.
     pub modes: Vec<Mode>,
+}
+
+/// A change of the growth, as coarse in time as the blocks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Change {
+    /// Between the centres of two blocks, hours since the start of the life.
+    pub after_fh: f64,
+    pub until_fh: f64,
+    /// What the growth was multiplied by.
+    pub factor: f64,
 }
 
 /// A fault group under its two hypotheses.
@@ -116,25 +128,35 @@ impl Filter {
 
     /// Carries the state to the centre of the next block and corrects it.
     pub fn update(&mut self, block: &Block) {
+        self.advance(block);
+        for mode in self.particles.iter_mut().flat_map(|particle| &mut particle.modes) {
+            mode.minor.correct(block, &self.model.nominal, self.clipped_mean);
+            mode.dominant.correct(block, &self.model.nominal, self.clipped_mean);
+        }
+        if self.growth_changes.is_some() {
+            resample(&mut self.particles[1..], &mut stream(block).substream(0));
+        }
+        self.observations += block.observations.len();
+    }
+
+    /// Carries the state to the centre of the next block, whose values are not looked at.
+    pub(crate) fn advance(&mut self, block: &Block) {
         assert!(block.centre_fh >= self.t_fh, "blocks in the order of the life");
         let dt_h = block.centre_fh - self.t_fh;
         let stream = self.growth_changes.map(|changes| (changes, stream(block)));
         for (index, particle) in self.particles.iter_mut().enumerate() {
             if let (Some((changes, stream)), 1..) = (&stream, index) {
-                particle.growth *= changes.factor_within(dt_h, &mut stream.substream(index as u64));
+                let factor = changes.factor_within(dt_h, &mut stream.substream(index as u64));
+                particle.change(Change { after_fh: self.t_fh, until_fh: block.centre_fh, factor });
             }
             let step = |&rate: &f64| Transition::new(particle.growth * rate, self.process_noise, dt_h);
             let steps: Vec<Transition> = self.rates_per_h.iter().map(step).collect();
             for mode in &mut particle.modes {
-                mode.minor.update(&steps, block, &self.model.nominal, self.clipped_mean);
-                mode.dominant.update(&steps, block, &self.model.nominal, self.clipped_mean);
+                mode.minor.predict(&steps);
+                mode.dominant.predict(&steps);
             }
         }
-        if let Some((_, stream)) = stream {
-            resample(&mut self.particles[1..], &mut stream.substream(0));
-        }
         self.t_fh = block.centre_fh;
-        self.observations += block.observations.len();
     }
 
     /// What is known at the centre of the last block.
@@ -150,7 +172,12 @@ impl Filter {
 
 /// All particles at the start of a life.
 fn particles(modes: &[Mode], growth_changes: Option<GrowthChanges>) -> Vec<Particle> {
-    let particle = |prior: f64, growth| Particle { log_prior: libm::log(prior), growth, modes: modes.to_vec() };
+    let particle = |prior: f64, growth| Particle {
+        log_prior: libm::log(prior),
+        growth,
+        latest_change: None,
+        modes: modes.to_vec(),
+    };
     let Some(changes) = growth_changes else {
         return vec![particle(1.0, 1.0)];
     };
@@ -185,9 +212,9 @@ fn resample(particles: &mut [Particle], stream: &mut Stream) {
             parent += 1;
             up_to += weights[parent];
         }
-        let Particle { growth, modes, .. } = particles[parent].clone();
-        let log_evidence = log_sum(&log_dominance(&modes));
-        chosen.push(Particle { log_prior: log_share - log_evidence, growth, modes });
+        let particle = particles[parent].clone();
+        let log_evidence = log_sum(&log_dominance(&particle.modes));
+        chosen.push(Particle { log_prior: log_share - log_evidence, ..particle });
     }
     particles.clone_from_slice(&chosen);
 }
@@ -196,6 +223,14 @@ impl Particle {
     /// Log of its weight, evidence included; not normalised.
     pub fn log_weight(&self) -> f64 {
         self.log_prior + log_sum(&log_dominance(&self.modes))
+    }
+
+    /// Multiplies the growth, by one where nothing changes.
+    fn change(&mut self, change: Change) {
+        if change.factor != 1.0 {
+            self.growth *= change.factor;
+            self.latest_change = Some(change);
+        }
     }
 }
 
@@ -225,18 +260,30 @@ impl Bank {
         Self { log_weights: rate_weights.iter().map(|&weight| libm::log(weight)).collect(), axes }
     }
 
-    fn update(&mut self, steps: &[Transition], block: &Block, nominal: &[f64], clipped_mean: ClippedMean) {
+    fn predict(&mut self, steps: &[Transition]) {
         for axis in &mut self.axes {
-            let measured = Measurement {
-                value: block.mean[axis.entry] - nominal[axis.entry],
-                variance: block.variance[axis.entry],
-                sigma: block.sigma[axis.entry],
-                clipped: axis.clipped.then_some(clipped_mean),
-            };
-            for ((track, step), log_weight) in axis.tracks.iter_mut().zip(steps).zip(&mut self.log_weights) {
-                track.predict(step);
+            axis.tracks.iter_mut().zip(steps).for_each(|(track, step)| track.predict(step));
+        }
+    }
+
+    fn correct(&mut self, block: &Block, nominal: &[f64], clipped_mean: ClippedMean) {
+        for axis in &mut self.axes {
+            let measured = axis.measured(block, nominal, clipped_mean);
+            for (track, log_weight) in axis.tracks.iter_mut().zip(&mut self.log_weights) {
                 *log_weight += track.correct(&measured);
             }
+        }
+    }
+}
+
+impl Axis {
+    /// What a block says of it.
+    pub fn measured(&self, block: &Block, nominal: &[f64], clipped_mean: ClippedMean) -> Measurement {
+        Measurement {
+            value: block.mean[self.entry] - nominal[self.entry],
+            variance: block.variance[self.entry],
+            sigma: block.sigma[self.entry],
+            clipped: self.clipped.then_some(clipped_mean),
         }
     }
 }

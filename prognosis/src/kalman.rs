@@ -40,6 +40,16 @@ pub(crate) struct Measurement {
     pub clipped: Option<ClippedMean>,
 }
 
+impl Measurement {
+    /// What a deviation `x` leads one to expect of it.
+    pub fn expected(&self, x: f64) -> Expected {
+        match self.clipped {
+            None => Expected { mean: x, slope: 1.0, variance_ratio: 1.0 },
+            Some(clipped) => clipped.at(x, self.sigma),
+        }
+    }
+}
+
 /// Gaussian belief about (x, b).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Track {
@@ -63,10 +73,7 @@ impl Track {
     ///
     /// An outlier counts as linear in its size (Huber), and its variance is raised in the gain.
     pub fn correct(&mut self, measured: &Measurement) -> f64 {
-        let Expected { mean, slope, variance_ratio } = match measured.clipped {
-            None => Expected { mean: self.x, slope: 1.0, variance_ratio: 1.0 },
-            Some(clipped) => clipped.at(self.x, measured.sigma),
-        };
+        let Expected { mean, slope, variance_ratio } = measured.expected(self.x);
         let innovation = measured.value - mean;
         let spread = slope * slope * self.p_xx;
         let noise = variance_ratio * measured.variance;

@@ -10,6 +10,7 @@
 pub mod backtest;
 pub mod block;
 pub mod boundary;
+pub mod checkpoint;
 pub mod clipping;
 pub mod estimator;
 pub mod failure_time;
@@ -17,6 +18,7 @@ pub mod filter;
 pub mod fit;
 pub mod forecast;
 pub mod growth_changes;
+mod growth_summary;
 pub mod hierarchy;
 mod kalman;
 mod least_squares;
@@ -24,10 +26,12 @@ pub mod metrics;
 pub mod noise;
 pub mod posterior;
 pub mod prior;
+mod surprise;
 pub mod surrogate;
 
 pub use block::{Block, Observation, OpenBlock, blocks};
 pub use boundary::Boundary;
+pub use checkpoint::CheckpointError;
 pub use clipping::ClippedMean;
 pub use estimator::{Climatology, Estimator, Follower, Linear, PredictionSettings, Rbg, Ridge, RulEstimate, Thesis};
 pub use failure_time::{FinishedLife, fit_failure_time_error};

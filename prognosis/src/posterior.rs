@@ -3,7 +3,7 @@
 use domain::{FaultGroup, FaultModel, FaultTrend, Propagation, Stream};
 
 use crate::{
-    filter::{Axis, Bank, Filter, Particle, log_dominance, normalised},
+    filter::{Axis, Bank, Change, Filter, Particle, log_dominance, normalised},
     growth_changes::GrowthChanges,
     kalman::Track,
 };
@@ -34,6 +34,8 @@ pub(crate) struct ParticlePosterior {
     pub weight: f64,
     /// The present growth multiplier.
     pub growth: f64,
+    /// How it came about, unless it is that of the start.
+    pub latest_change: Option<Change>,
     pub modes: Vec<ModePosterior>,
 }
 
@@ -144,14 +146,7 @@ impl Posterior {
     }
 
     fn entry(&self, group: usize, axis: usize) -> EntryEstimate {
-        let parts = || {
-            self.particles.iter().flat_map(move |particle| {
-                let parts = particle.modes[group].mixture(axis);
-                parts.map(|(weight, rate, track)| {
-                    (particle.weight * weight, particle.growth * self.rates_per_h[rate], track)
-                })
-            })
-        };
+        let parts = || self.mixture(group, axis);
         EntryEstimate {
             deviation: Moments::of(parts().map(|(weight, _, track)| (weight, track.x, track.p_xx))),
             trend_per_h: Moments::of(parts().map(|(weight, rate, track)| {
@@ -161,6 +156,16 @@ impl Posterior {
             rate_per_h: Moments::of(parts().map(|(weight, rate, _)| (weight, rate, 0.0))),
             bias_per_h: Moments::of(parts().map(|(weight, _, track)| (weight, track.b, track.p_bb))),
         }
+    }
+
+    /// (weight, present growth rate in 1/h, belief) of every component of the mixture of one axis of a group.
+    pub(crate) fn mixture(&self, group: usize, axis: usize) -> impl Iterator<Item = (f64, f64, &Track)> {
+        self.particles.iter().flat_map(move |particle| {
+            let parts = particle.modes[group].mixture(axis);
+            parts.map(|(weight, rate, track)| {
+                (particle.weight * weight, particle.growth * self.rates_per_h[rate], track)
+            })
+        })
     }
 
     /// The filtered fault vector with its present trends, as users see it.
@@ -242,7 +247,7 @@ impl ParticlePosterior {
             minor: bank(&mode.minor),
             dominant: bank(&mode.dominant),
         });
-        Self { weight, growth: particle.growth, modes: modes.collect() }
+        Self { weight, growth: particle.growth, latest_change: particle.latest_change, modes: modes.collect() }
     }
 }
 
@@ -259,7 +264,7 @@ impl ModePosterior {
 
 impl Moments {
     /// Of a mixture of (weight, mean, variance), weights summing to one.
-    fn of(parts: impl Iterator<Item = (f64, f64, f64)>) -> Self {
+    pub(crate) fn of(parts: impl Iterator<Item = (f64, f64, f64)>) -> Self {
         let parts: Vec<_> = parts.collect();
         let mean: f64 = parts.iter().map(|(weight, mean, _)| weight * mean).sum();
         let variance = |(weight, part, variance): &(f64, f64, f64)| weight * (variance + (part - mean) * (part - mean));
@@ -268,7 +273,7 @@ impl Moments {
 }
 
 /// Entries of the fault vector in the order of the axes of a group.
-fn group_entries(group: &FaultGroup) -> Vec<usize> {
+pub(crate) fn group_entries(group: &FaultGroup) -> Vec<usize> {
     match *group {
         FaultGroup::OneSided { index } => vec![index],
         FaultGroup::Pair { indices } => indices.into(),

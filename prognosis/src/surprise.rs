@@ -1,0 +1,45 @@
+//! What the blocks so far lead one to expect of the next.
+//!
+//! - What: mean and standard deviation of the mean of each fault in a block, before it is seen.
+//! - Update rule: the state is carried to the centre of the block; a Gaussian of the mixture with deviation
+//!   N(x, P) expects h(x) with variance h'(x)^2 P + R, where R is the noise of the block and h the clipping.
+//! - Requirements: times, number and sigma of the block's observations are known, their values are not. Where
+//!   growth may change, the changes until then are those that the filter will draw.
+//! - Source: Gelman, Meng, Stern 1996 for checks by what a model predicts.
+
+use crate::{
+    block::Block,
+    clipping::Expected,
+    filter::Filter,
+    posterior::{Moments, group_entries},
+};
+
+impl Filter {
+    /// Mean of each entry of the fault vector in the next block, nominal value included, as the blocks so far
+    /// lead one to expect it, with the standard deviation of what will be seen around it.
+    pub fn expect(&self, block: &Block) -> Vec<Moments> {
+        let mut ahead = self.clone();
+        ahead.advance(block);
+        ahead.expected(block)
+    }
+
+    /// [`Filter::expect`] of a filter that has been carried to the block already.
+    fn expected(&self, block: &Block) -> Vec<Moments> {
+        let posterior = self.posterior();
+        let mut expected = vec![None; self.model.len()];
+        for (index, group) in self.model.groups.iter().enumerate() {
+            for (axis, entry) in group_entries(group).into_iter().enumerate() {
+                let nominal = self.model.nominal[entry];
+                let any = &self.particles[0].modes[index].minor.axes[axis];
+                let measured = any.measured(block, &self.model.nominal, self.clipped_mean);
+                let parts = posterior.mixture(index, axis).map(|(weight, _, track)| {
+                    let Expected { mean, slope, variance_ratio } = measured.expected(track.x);
+                    let variance = slope * slope * track.p_xx + variance_ratio * measured.variance;
+                    (weight, nominal + mean, variance)
+                });
+                expected[entry] = Some(Moments::of(parts));
+            }
+        }
+        expected.into_iter().map(|entry| entry.expect("every entry of the fault vector is in one group")).collect()
+    }
+}
