@@ -26,4 +26,6 @@ pub struct LifeRecord {
     pub first: Option<LifeCursor>,
     /// Its last upload that counts.
     pub last: Option<LifeCursor>,
+    /// The component's hours since new at which it was found failed, which ended the life.
+    pub found_failed_fh: Option<f64>,
 }

@@ -82,8 +82,8 @@ pub enum StoreError {
     /// No bundle of this hash was registered.
     #[error("no model bundle {0} is registered")]
     UnknownBundle(ContentHash),
-    /// A bundle's bytes are not those that its hash names.
-    #[error("bundle {named} has content {found}")]
+    /// The bytes of a bundle or prior are not those that its hash names.
+    #[error("what is named {named} has content {found}")]
     WrongHash {
         /// The hash that was given.
         named: ContentHash,

@@ -19,6 +19,8 @@ pub struct Installed {
     pub since: Timestamp,
     /// What was issued last in the active generation of the life; `None` for a life without history.
     pub prognosis: Option<Prognosis>,
+    /// The component's hours since new at which it was found failed, which ended the life.
+    pub found_failed_fh: Option<f64>,
     /// Uploads of the component that wait to be processed.
     pub pending_uploads: u64,
     /// Flight hours per day of the tail over the 90 days before its newest upload; `None` below

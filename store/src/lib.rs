@@ -5,29 +5,38 @@
 //! holds it has reached the disk.
 //!
 //! Every table carries the operator, and the component where it is about one: operators never join,
-//! and a database can be cut along either. Results are keyed by natural keys only. Uploads, results
-//! and models carry a checksum; a damaged row is an error that names it, never a wrong answer.
+//! and a database can be cut along either. Results are keyed by natural keys only. Uploads, events,
+//! results, models and priors carry a checksum; a damaged row is an error that names it, never a wrong
+//! answer. Checkpoints are a cache: a damaged one is as good as none.
 
+mod checkpoint;
 mod component;
 mod digest;
 mod error;
+mod finished;
 mod history;
 mod installed;
+mod maintenance;
 mod model;
 mod options;
+mod prior;
 mod sensor_configuration;
 mod sqlite;
 mod store;
 mod upload;
 mod work;
 
+pub use checkpoint::Checkpoint;
 pub use component::{ComponentRecord, LifeRecord};
 pub use digest::Digest;
 pub use error::StoreError;
+pub use finished::{FinishedLife, IssuedLife};
 pub use history::LifeCursor;
 pub use installed::{Installation, Installed, InstalledTail};
+pub use maintenance::{EventReceipt, EventRecord};
 pub use model::{BundleRecord, PublishedMask};
 pub use options::{Clock, Options};
+pub use prior::{Lesson, PriorRecord};
 pub use sensor_configuration::{Addition, TailConfiguration};
 pub use store::Store;
 pub use upload::{Receipt, Retrial, UploadRecord, UploadState, UploadStateKind, Voiding};

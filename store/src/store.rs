@@ -3,14 +3,15 @@
 use std::{sync::Arc, time::Duration};
 
 use domain::{
-    BundleSummary, Component, ContentHash, Estimate, OperatorId, Position, SensorConfiguration, State, TailNumber,
-    Timestamp, Upload, UploadId,
+    BundleSummary, Component, ContentHash, Estimate, EventId, MaintenanceEvent, OperatorId, PartNumber, Position,
+    SensorConfiguration, State, TailNumber, Timestamp, Upload, UploadId,
 };
 
 use crate::{
-    Addition, BundleRecord, Completion, ComponentRecord, Digest, Installation, Installed, InstalledTail, Lease,
-    LifeCursor, LifeInputs, LifeResults, Options, PublishedMask, Receipt, Retrial, StoreError, TailConfiguration,
-    UploadRecord, UploadStateKind, Voiding, WorkFigures, sqlite::Sqlite,
+    Addition, BundleRecord, Checkpoint, Completion, ComponentRecord, Digest, EventReceipt, EventRecord, FinishedLife,
+    Installation, Installed, InstalledTail, IssuedLife, Lease, Lesson, LifeCursor, LifeInputs, LifeResults, Options,
+    PriorRecord, PublishedMask, Receipt, Retrial, StoreError, TailConfiguration, UploadRecord, UploadStateKind,
+    Voiding, WorkFigures, sqlite::Sqlite,
 };
 
 /// A database of the service. Clones share it.
@@ -89,9 +90,89 @@ impl Store {
         backend!(self, mask(id))
     }
 
+    /// Keeps a learned prior. The lives of its operator and part number that begin from now on under its
+    /// bundle are judged by it, until a newer one is learned. Idempotent.
+    pub async fn add_prior(&self, operator: &OperatorId, prior: &PriorRecord, body: &[u8]) -> Result<(), StoreError> {
+        backend!(self, add_prior(operator, prior, body))
+    }
+
+    /// All learned priors of an operator, by part number and then by time.
+    pub async fn priors(&self, operator: &OperatorId) -> Result<Vec<PriorRecord>, StoreError> {
+        backend!(self, priors(operator))
+    }
+
+    /// The bytes of a learned prior of this operator; a bundle's own prior is in the bundle.
+    pub async fn prior_body(&self, operator: &OperatorId, hash: &ContentHash) -> Result<Option<Vec<u8>>, StoreError> {
+        backend!(self, prior_body(operator, hash))
+    }
+
+    /// What can be learned now, if anything: an operator's part number of which at least
+    /// [`Lesson::MIN_LIVES`] lives judged by the active bundle have ended, and at least [`Lesson::GROWTH`]
+    /// times as many as its newest prior was learned from. It stays until such a prior is added.
+    pub async fn next_lesson(&self) -> Result<Option<Lesson>, StoreError> {
+        backend!(self, next_lesson())
+    }
+
+    /// The finished lives of a part number that are judged by a bundle, with their histories, by serial
+    /// number and life.
+    pub async fn finished_lives(
+        &self,
+        operator: &OperatorId,
+        part_number: &PartNumber,
+        model: &ContentHash,
+    ) -> Result<Vec<FinishedLife>, StoreError> {
+        backend!(self, finished_lives(operator, part_number, model))
+    }
+
+    /// Of an operator's finished lives, those that failed last, the newest failure first; of each, and of
+    /// the generation that answers for it, the first prognosis with a forecast that was issued in every
+    /// stretch of `every_fh` hours before the failure. Stretches begin at multiples of `every_fh`, which
+    /// is positive.
+    pub async fn issued_on_finished_lives(
+        &self,
+        operator: &OperatorId,
+        every_fh: f64,
+        limit: u32,
+    ) -> Result<Vec<IssuedLife>, StoreError> {
+        backend!(self, issued_on_finished_lives(operator, every_fh, limit))
+    }
+
+    /// Stores a maintenance event; returns once it is durable. A component is known by its uploads. The
+    /// first finding `failed` of a life, in the order of (flight_hours, occurred_at, event_id), ends it.
+    pub async fn record_event(
+        &self,
+        operator: &OperatorId,
+        event: &MaintenanceEvent,
+        now: Timestamp,
+    ) -> Result<EventReceipt, StoreError> {
+        backend!(self, record_event(operator, event, now))
+    }
+
+    /// Takes an event back for ever: it and its name stay, but it counts no longer. `None` for an unknown
+    /// one. Idempotent.
+    pub async fn void_event(
+        &self,
+        operator: &OperatorId,
+        id: &EventId,
+        now: Timestamp,
+    ) -> Result<Option<Voiding>, StoreError> {
+        backend!(self, void_event(operator, id, now))
+    }
+
+    /// An event, voided or not.
+    pub async fn event(&self, operator: &OperatorId, id: &EventId) -> Result<Option<EventRecord>, StoreError> {
+        backend!(self, event(operator, id))
+    }
+
+    /// The events of a component, voided ones too, in the order of (flight_hours, occurred_at, event_id).
+    pub async fn events(&self, component: &Component) -> Result<Vec<EventRecord>, StoreError> {
+        backend!(self, events(component))
+    }
+
     /// Stores an upload; returns once it is durable. [`StoreError::Overloaded`] when too many wait.
     ///
-    /// The first upload of a component enrols it and pins its life to the active bundle.
+    /// The first upload of a component enrols it and pins its life to the active bundle and to the newest
+    /// prior that its operator has learned for it, or else to the bundle's own.
     pub async fn accept(
         &self,
         operator: &OperatorId,
@@ -175,6 +256,18 @@ impl Store {
     /// What the results of the leased component's newest life are computed from.
     pub async fn life_inputs(&self, lease: &Lease) -> Result<LifeInputs, StoreError> {
         backend!(self, life_inputs(lease))
+    }
+
+    /// The checkpoint of the latest block among `wanted` that is stored with the digest wanted, of one
+    /// generation of a life. A damaged one is as if it were not there.
+    pub async fn checkpoint(
+        &self,
+        component: &Component,
+        overhaul_index: u32,
+        generation: u32,
+        wanted: &[(u64, ContentHash)],
+    ) -> Result<Option<Checkpoint>, StoreError> {
+        backend!(self, checkpoint(component, overhaul_index, generation, wanted))
     }
 
     /// Writes results and ends the lease. Inputs stored since the lease leave the component waiting.

@@ -73,7 +73,7 @@ impl UploadState {
     }
 }
 
-/// The answer to a request to void an upload.
+/// The answer to a request to void an upload or an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Voiding {
     /// It counts no longer.

@@ -9,6 +9,8 @@ use domain::{
     Component, ContentHash, Estimate, Life, Prognosis, SensorConfiguration, SetAside, State, Timestamp, Upload,
 };
 
+use crate::Checkpoint;
+
 /// The right to process one component for a while.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lease {
@@ -76,6 +78,9 @@ pub struct LifeResults {
     pub states_from: Option<u64>,
     /// States, none of them of a block before `states_from`.
     pub states: Vec<State>,
+    /// Checkpoints to keep. Earlier ones stay as long as they are of a block before `states_from` or have
+    /// the digest of their block's state in `states`; of each run of [`Checkpoint::RUN`] blocks the last.
+    pub checkpoints: Vec<Checkpoint>,
     /// The prognosis that is served from now on; `None` keeps the previous one, unless no estimate of
     /// the life counts any longer: then nothing is served.
     pub prognosis: Option<Prognosis>,

@@ -23,6 +23,7 @@ pub fn analyse(model: &Model, masks: &Masks, inputs: LifeInputs, now: Timestamp)
         excluded: outlook.excluded,
         states_from: outlook.states_from,
         states: outlook.states,
+        checkpoints: Vec::new(),
         prognosis: outlook.prognosis,
         now,
     })

@@ -223,6 +223,7 @@ fn results(
         excluded: Vec::new(),
         states_from: Some(0),
         states,
+        checkpoints: Vec::new(),
         prognosis,
         now,
     }

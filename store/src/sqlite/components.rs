@@ -3,7 +3,7 @@
 use domain::{Component, Timestamp};
 
 use super::{
-    Sqlite,
+    Sqlite, endings,
     history::{self, End},
     installations,
     lives::{self, LifePointer},
@@ -28,6 +28,7 @@ impl Sqlite {
         .bind_component(component)
         .fetch_all(&mut *transaction)
         .await?;
+        let mut endings = endings::of_component(&mut transaction, component).await?;
         let mut lives = Vec::with_capacity(pointers.len());
         for pointer in pointers {
             lives.push(LifeRecord {
@@ -35,6 +36,7 @@ impl Sqlite {
                 generation: lives::generation(&mut transaction, component, pointer).await?,
                 first: history::end_of_life(&mut transaction, component, pointer, End::First).await?,
                 last: history::end_of_life(&mut transaction, component, pointer, End::Last).await?,
+                found_failed_fh: endings.remove(&pointer.overhaul_index),
             });
         }
         let installations = installations::of_component(&mut transaction, component).await?;

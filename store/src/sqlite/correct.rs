@@ -3,13 +3,13 @@
 //! Whatever a worker read before is worthless then, so its lease is revoked in the same transaction:
 //! its results are refused, and the component waits to be leased again.
 
-use std::ops::Range;
+use std::{collections::HashMap, ops::Range};
 
 use domain::{Component, OperatorId, Timestamp, UploadId};
 use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite, history, installations, lives, queue,
+    Sqlite, checkpoints, history, installations, lives, queue,
     row::{BindKey, UploadKey},
     uploads,
     writer::Write,
@@ -89,6 +89,7 @@ async fn withdraw_if_empty(connection: &mut SqliteConnection, component: &Compon
     if empty {
         lives::serve_prognosis(connection, component, pointer, None).await?;
         history::delete_states(connection, component, pointer, 0).await?;
+        checkpoints::delete_outdated(connection, component, pointer, 0, &HashMap::new()).await?;
     }
     Ok(())
 }

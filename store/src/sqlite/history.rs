@@ -75,6 +75,11 @@ impl EstimateRange<'_> {
     pub(super) const ALL: Self =
         Self { from: (f64::MIN, i64::MIN, ""), after: None, to_fh: f64::MAX, counting: false, limit: ALL };
 
+    /// Those that count up to some hours, which are included.
+    pub(super) fn counting_up_to(flight_hours: f64) -> Self {
+        Self { to_fh: flight_hours.next_up(), counting: true, ..Self::ALL }
+    }
+
     fn start(&self) -> LifeOrder<'_> {
         self.after.filter(|after| *after > self.from).unwrap_or(self.from)
     }

@@ -3,7 +3,10 @@
 use domain::{Component, ContentHash, Life, Timestamp};
 use sqlx::SqliteConnection;
 
-use super::row::{BindKey, count, hash};
+use super::{
+    models, priors,
+    row::{BindKey, count, hash},
+};
 use crate::{Generation, StoreError};
 
 /// The first generation of a life.
@@ -22,7 +25,8 @@ impl LifePointer {
     }
 }
 
-/// Enrols a component with its first life, which the active bundle judges from now on.
+/// Enrols a component with its first life, which the active bundle and the newest prior for it judge from
+/// now on.
 pub(super) async fn enrol(
     connection: &mut SqliteConnection,
     component: &Component,
@@ -50,7 +54,8 @@ pub(super) async fn enrol(
 }
 
 async fn pin(connection: &mut SqliteConnection, component: &Component) -> Result<(), StoreError> {
-    let active = super::models::active(connection).await?.ok_or(StoreError::NoActiveBundle)?;
+    let active = models::active(connection).await?.ok_or(StoreError::NoActiveBundle)?;
+    let prior = priors::newest(connection, component, &active.hash).await?.unwrap_or(active.prior);
     sqlx::query(
         "insert into generations (operator, part_number, serial_number, overhaul_index, number, model, prior)
          values ($1, $2, $3, 0, $4, $5, $6)",
@@ -58,7 +63,7 @@ async fn pin(connection: &mut SqliteConnection, component: &Component) -> Result
     .bind_component(component)
     .bind(FIRST)
     .bind(&active.hash.bytes()[..])
-    .bind(&active.prior.bytes()[..])
+    .bind(&prior.bytes()[..])
     .execute(connection)
     .await?;
     Ok(())

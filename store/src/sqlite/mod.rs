@@ -3,15 +3,21 @@
 //! Each module holds the SQL of one noun.
 
 mod aside;
+mod checkpoints;
 mod components;
 mod correct;
 mod digest;
+mod endings;
+mod events;
+mod finished;
 mod history;
 mod ingest;
 mod installations;
 mod lives;
 mod models;
 mod open;
+mod priors;
+mod prognoses;
 mod queue;
 mod results;
 mod row;

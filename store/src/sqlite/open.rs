@@ -17,7 +17,7 @@ use super::{Sqlite, writer::Owned, writer::Writer};
 use crate::{Options, StoreError};
 
 /// The newest schema that this build knows.
-const SCHEMA: i64 = 2;
+const SCHEMA: i64 = 3;
 /// Marks a database as ours: "ACTU".
 const APPLICATION_ID: i64 = 0x4143_5455;
 const MAGIC: &[u8] = b"SQLite format 3\0";

@@ -1,15 +1,17 @@
 //! What a worker reads for a lease and what it writes: one transaction, refused when fenced.
 
-use domain::{Component, SetAside, Timestamp};
+use std::collections::HashMap;
+
+use domain::{Component, ContentHash, SetAside, Timestamp};
 use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite, aside,
+    Sqlite, aside, checkpoints,
     history::{self, BlockEnd, EstimateRange, StateRange},
     lives::{self, LifePointer},
-    queue,
+    prognoses, queue,
     row::{corrupt, encode},
-    sensor_configurations, served, uploads,
+    sensor_configurations, uploads,
     writer::Write,
 };
 use crate::{Completion, Lease, LifeCursor, LifeInputs, LifeResults, StoreError};
@@ -47,16 +49,21 @@ struct Complete {
     excluded: Vec<SetAside>,
     states_from: Option<i64>,
     states: Vec<(BlockEnd, String)>,
-    prognosis: Option<String>,
+    /// The digest of each of the states.
+    digests: HashMap<i64, ContentHash>,
+    checkpoints: Vec<checkpoints::Draft>,
+    prognosis: Option<prognoses::Draft>,
     now: Timestamp,
 }
 
 impl Complete {
     fn new(lease: &Lease, results: LifeResults) -> Result<Self, StoreError> {
-        let LifeResults { estimates, set_aside, excluded, states_from, states, prognosis, now } = results;
+        let LifeResults { estimates, set_aside, excluded, states_from, states, checkpoints, prognosis, now } = results;
         let first = states.iter().map(|state| state.block).min();
         assert!(first.is_none_or(|first| states_from.is_some_and(|from| from <= first)), "states before states_from");
         let estimates = estimates.iter().map(|e| Ok((LifeCursor::from(e), encode("estimate", e)?)));
+        let digests = states.iter().map(|state| (state.block.cast_signed(), state.digest)).collect();
+        let checkpoints = checkpoints.into_iter().map(|one| checkpoints::Draft::of(&lease.component, one));
         let states = states.iter().map(|state| {
             let end = BlockEnd { block: state.block.cast_signed(), flight_hours: state.as_of.flight_hours };
             Ok((end, encode("state", state)?))
@@ -68,7 +75,9 @@ impl Complete {
             excluded,
             states_from: states_from.map(u64::cast_signed),
             states: states.collect::<Result<_, StoreError>>()?,
-            prognosis: prognosis.map(|prognosis| encode("prognosis", &prognosis)).transpose()?,
+            digests,
+            checkpoints: checkpoints.collect(),
+            prognosis: prognosis.as_ref().map(prognoses::Draft::of).transpose()?,
             now,
         })
     }
@@ -94,10 +103,15 @@ impl Write for Complete {
         aside::exclude(connection, component, pointer, &self.excluded).await?;
         if let Some(from) = self.states_from {
             history::delete_states(connection, component, pointer, from).await?;
+            checkpoints::delete_outdated(connection, component, pointer, from, &self.digests).await?;
         }
         for (at, body) in &self.states {
             history::insert_state(connection, component, pointer, *at, body).await?;
         }
+        for checkpoint in &self.checkpoints {
+            checkpoints::insert(connection, component, pointer, checkpoint).await?;
+        }
+        checkpoints::thin_out(connection, component, pointer).await?;
         self.serve(connection, pointer).await?;
         Ok(Completion::Done)
     }
@@ -107,8 +121,8 @@ impl Complete {
     /// Serves the new prognosis; without one the previous stays, as long as any estimate counts.
     async fn serve(&self, connection: &mut SqliteConnection, pointer: LifePointer) -> Result<(), StoreError> {
         let component = &self.lease.component;
-        if let Some(body) = &self.prognosis {
-            served::issue(connection, &self.lease, pointer, self.now, body).await?;
+        if let Some(draft) = &self.prognosis {
+            prognoses::issue(connection, &self.lease, pointer, self.now, draft).await?;
             lives::serve_prognosis(connection, component, pointer, Some(self.lease.fence)).await
         } else if history::has_counting_estimate(connection, component, pointer).await? {
             Ok(())

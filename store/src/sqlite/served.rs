@@ -1,18 +1,20 @@
 //! What is served of a tail: the components installed on it, each with its issued prognosis.
 
-use domain::{Component, OperatorId, Position, Prognosis, TailNumber, Timestamp};
+use std::collections::BTreeMap;
+
+use domain::{Component, OperatorId, Position, TailNumber, Timestamp};
 use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite,
+    Sqlite, endings,
     lives::LifePointer,
-    row::{BindKey, ComponentColumns, checksum, count, decode, parse},
+    prognoses::PrognosisRow,
+    row::{ComponentColumns, count, parse},
     utilisation,
 };
-use crate::{Installed, InstalledTail, Lease, StoreError};
+use crate::{Installed, InstalledTail, StoreError};
 
 const INSTALLATIONS: &str = "installations";
-const PROGNOSES: &str = "prognoses";
 
 /// What is installed now at the places for which a condition holds, by tail and position.
 macro_rules! installed {
@@ -23,7 +25,7 @@ macro_rules! installed {
                     (select count(*) from inbox w
                      where w.operator = i.operator and w.part_number = i.part_number
                        and w.serial_number = i.serial_number) as pending,
-                    p.fence, p.issued_at, p.body, p.checksum
+                    p.fence, p.issued_at, p.body, p.checksum, p.forecast_from_fh
              from installations i
              join lives l on l.operator = i.operator and l.part_number = i.part_number
                   and l.serial_number = i.serial_number
@@ -86,7 +88,7 @@ impl Sqlite {
             .into_iter()
             .map(|tail| InstalledTail { tail, installed: Vec::new() })
             .collect::<Vec<_>>();
-        let Some(last) = fleet.last() else { return Ok(fleet) };
+        let (Some(first), Some(last)) = (fleet.first(), fleet.last()) else { return Ok(fleet) };
         let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.tail > $2 and i.tail <= $3"))
             .bind(operator.as_str())
             .bind(after)
@@ -94,11 +96,13 @@ impl Sqlite {
             .fetch_all(&mut *transaction)
             .await?;
         let mut utilisation = utilisation::of_tails(&mut transaction, operator, after, last.tail.as_str()).await?;
+        let found_failed =
+            endings::on_tails(&mut transaction, operator, first.tail.as_str(), last.tail.as_str()).await?;
         let mut rows = rows.into_iter().peekable();
         for tail in &mut fleet {
             let fh_per_day = utilisation.remove(&tail.tail);
             while let Some(row) = rows.next_if(|row| row.tail == tail.tail.as_str()) {
-                tail.installed.push(row.installed(fh_per_day)?);
+                tail.installed.push(row.installed(fh_per_day, &found_failed)?);
             }
         }
         Ok(fleet)
@@ -121,7 +125,8 @@ impl Sqlite {
             return Ok(Vec::new());
         }
         let utilisation = utilisation::fh_per_day(&mut transaction, operator, tail).await?;
-        rows.into_iter().map(|row| row.installed(utilisation)).collect()
+        let found_failed = endings::on_tails(&mut transaction, operator, tail.as_str(), tail.as_str()).await?;
+        rows.into_iter().map(|row| row.installed(utilisation, &found_failed)).collect()
     }
 }
 
@@ -151,17 +156,25 @@ struct InstalledRow {
     issued_at: Option<i64>,
     body: Option<Vec<u8>>,
     checksum: Option<Vec<u8>>,
+    forecast_from_fh: Option<f64>,
 }
 
 impl InstalledRow {
-    fn installed(self, utilisation: Option<f64>) -> Result<Installed, StoreError> {
+    fn installed(
+        mut self,
+        utilisation: Option<f64>,
+        found_failed: &BTreeMap<Component, f64>,
+    ) -> Result<Installed, StoreError> {
         let component = self.key.component(INSTALLATIONS)?;
+        let pointer = LifePointer { overhaul_index: self.overhaul_index, generation: self.generation };
+        let prognosis = self.prognosis_row().map(|row| row.prognosis(&component, pointer)).transpose()?;
         Ok(Installed {
             tail: parse(INSTALLATIONS, &self.tail)?,
             position: parse(INSTALLATIONS, &self.position)?,
             overhaul_index: count("lives", self.overhaul_index)?,
             since: Timestamp::from_micros(self.from_at),
-            prognosis: self.prognosis(&component)?,
+            prognosis,
+            found_failed_fh: found_failed.get(&component).copied(),
             pending_uploads: count("inbox", self.pending)?,
             utilisation_fh_per_day: utilisation,
             part_number: component.part_number,
@@ -169,48 +182,14 @@ impl InstalledRow {
         })
     }
 
-    fn prognosis(&self, component: &Component) -> Result<Option<Prognosis>, StoreError> {
-        let (Some(fence), Some(issued_at), Some(body), Some(stored)) =
-            (self.fence, self.issued_at, &self.body, &self.checksum)
-        else {
-            return Ok(None);
-        };
-        let pointer = LifePointer { overhaul_index: self.overhaul_index, generation: self.generation };
-        decode(&prognosis_name(component, pointer, fence, issued_at), body, stored).map(Some)
+    /// The columns of the prognosis, if one is served.
+    fn prognosis_row(&mut self) -> Option<PrognosisRow> {
+        Some(PrognosisRow {
+            fence: self.fence?,
+            issued_at: self.issued_at?,
+            body: self.body.take()?,
+            checksum: self.checksum.take()?,
+            forecast_from_fh: self.forecast_from_fh,
+        })
     }
-}
-
-fn prognosis_name(
-    component: &Component,
-    pointer: LifePointer,
-    fence: i64,
-    issued_at: i64,
-) -> impl serde::Serialize + '_ {
-    (PROGNOSES, component, pointer.overhaul_index, pointer.generation, fence, issued_at)
-}
-
-/// Appends what is served from now on.
-pub(super) async fn issue(
-    connection: &mut SqliteConnection,
-    lease: &Lease,
-    pointer: LifePointer,
-    now: Timestamp,
-    body: &str,
-) -> Result<(), StoreError> {
-    let name = prognosis_name(&lease.component, pointer, lease.fence, now.micros());
-    sqlx::query(
-        "insert into prognoses
-         (operator, part_number, serial_number, overhaul_index, generation, fence, issued_at, body, checksum)
-         values ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
-    )
-    .bind_component(&lease.component)
-    .bind(pointer.overhaul_index)
-    .bind(pointer.generation)
-    .bind(lease.fence)
-    .bind(now.micros())
-    .bind(body)
-    .bind(checksum(&name, body.as_bytes()))
-    .execute(connection)
-    .await?;
-    Ok(())
 }

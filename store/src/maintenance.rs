@@ -1,0 +1,27 @@
+//! What was done to components on the ground.
+
+use domain::{MaintenanceEvent, Timestamp};
+
+/// The answer to an event, given once it is durable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EventReceipt {
+    /// It is new and stored.
+    Recorded,
+    /// The same content was stored under this id before, whether it was voided since or not.
+    Duplicate,
+    /// Other content was stored under this id before; this one is not stored.
+    Conflict,
+    /// No upload of its component was ever received; it is not stored.
+    UnknownComponent,
+}
+
+/// A stored event.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EventRecord {
+    /// The event.
+    pub event: MaintenanceEvent,
+    /// When it was received.
+    pub received_at: Timestamp,
+    /// When it was taken back; `None` for one that counts.
+    pub voided_at: Option<Timestamp>,
+}

@@ -1,0 +1,132 @@
+//! Lives that a finding ended, each with that finding.
+
+use std::collections::BTreeMap;
+
+use domain::{Component, ContentHash, OperatorId, PartNumber};
+use sqlx::SqliteConnection;
+
+use super::{
+    events::{EventRow, event_columns},
+    lives::LifePointer,
+    row::BindKey,
+};
+use crate::StoreError;
+
+/// A life that ended, and the generation that answers for it.
+#[derive(Debug, Clone)]
+pub(super) struct Ending {
+    pub(super) component: Component,
+    pub(super) pointer: LifePointer,
+    /// The component's hours since new at which it was found failed.
+    pub(super) failure_fh: f64,
+}
+
+#[derive(sqlx::FromRow)]
+struct EndingRow {
+    #[sqlx(flatten)]
+    pointer: LifePointer,
+    #[sqlx(flatten)]
+    event: EventRow,
+}
+
+impl EndingRow {
+    fn ending(self) -> Result<Ending, StoreError> {
+        let component = self.event.component()?;
+        let failure_fh = self.event.record()?.event.flight_hours;
+        Ok(Ending { component, pointer: self.pointer, failure_fh })
+    }
+}
+
+/// Finished lives `l` of a table or join, with the event `e` that ended each. (SQLite follows the order
+/// of a cross join.)
+macro_rules! endings {
+    ($lives:literal, $condition:literal) => {
+        concat!(
+            "select l.overhaul_index, l.generation, ",
+            event_columns!(),
+            "from ",
+            $lives,
+            " cross join maintenance_events e
+             left join voided_events v on v.operator = e.operator and v.event_id = e.event_id
+             where l.operator = $1 and l.ended_by is not null
+               and e.operator = l.operator and e.event_id = l.ended_by ",
+            $condition
+        )
+    };
+}
+
+/// The lives of a component that ended: by overhaul index, the hours at which each was found failed.
+pub(super) async fn of_component(
+    connection: &mut SqliteConnection,
+    component: &Component,
+) -> Result<BTreeMap<i64, f64>, StoreError> {
+    let rows: Vec<EndingRow> = sqlx::query_as(endings!("lives l", "and l.part_number = $2 and l.serial_number = $3"))
+        .bind_component(component)
+        .fetch_all(connection)
+        .await?;
+    rows.into_iter().map(|row| row.ending().map(|end| (end.pointer.overhaul_index, end.failure_fh))).collect()
+}
+
+/// What is installed on the tails from `first` to `last` and was found failed: at how many hours.
+pub(super) async fn on_tails(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    first: &str,
+    last: &str,
+) -> Result<BTreeMap<Component, f64>, StoreError> {
+    let rows: Vec<EndingRow> = sqlx::query_as(endings!(
+        "installations i cross join lives l",
+        "and i.operator = $1 and i.tail >= $2 and i.tail <= $3 and i.to_at is null
+         and l.part_number = i.part_number and l.serial_number = i.serial_number
+         and l.overhaul_index = (
+           select max(n.overhaul_index) from lives n
+           where n.operator = i.operator and n.part_number = i.part_number and n.serial_number = i.serial_number)"
+    ))
+    .bind(operator.as_str())
+    .bind(first)
+    .bind(last)
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(|row| row.ending().map(|end| (end.component, end.failure_fh))).collect()
+}
+
+/// The finished lives of an operator that failed last, the newest failure first.
+pub(super) async fn newest(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    limit: u32,
+) -> Result<Vec<Ending>, StoreError> {
+    let rows: Vec<EndingRow> = sqlx::query_as(endings!(
+        "lives l",
+        "order by e.occurred_at desc, l.part_number, l.serial_number, l.overhaul_index limit $2"
+    ))
+    .bind(operator.as_str())
+    .bind(limit)
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(EndingRow::ending).collect()
+}
+
+/// The finished lives of a part number that a bundle judges, by serial number and life.
+pub(super) async fn judged_by(
+    connection: &mut SqliteConnection,
+    operator: &OperatorId,
+    part_number: &PartNumber,
+    model: &ContentHash,
+) -> Result<Vec<Ending>, StoreError> {
+    let rows: Vec<EndingRow> = sqlx::query_as(endings!(
+        "lives l",
+        "and l.part_number = $2
+         and exists (
+           select 1 from generations g
+           where g.operator = l.operator and g.part_number = l.part_number and g.serial_number = l.serial_number
+             and g.overhaul_index = l.overhaul_index and g.number = l.generation and g.model = $3)
+         order by l.serial_number, l.overhaul_index"
+    ))
+    .bind(operator.as_str())
+    .bind(part_number.as_str())
+    .bind(&model.bytes()[..])
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(EndingRow::ending).collect()
+}

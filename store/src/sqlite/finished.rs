@@ -1,0 +1,91 @@
+//! Finished lives: what was forecast of them, and what can be learned from them.
+
+use domain::{ContentHash, OperatorId, PartNumber};
+
+use super::{
+    Sqlite, endings,
+    history::{self, EstimateRange},
+    prognoses,
+    row::{count, hash, parse},
+};
+use crate::{FinishedLife, IssuedLife, Lesson, StoreError};
+
+impl Sqlite {
+    pub(crate) async fn issued_on_finished_lives(
+        &self,
+        operator: &OperatorId,
+        every_fh: f64,
+        limit: u32,
+    ) -> Result<Vec<IssuedLife>, StoreError> {
+        assert!(every_fh > 0.0, "stretches of {every_fh} flight hours");
+        let mut transaction = self.readers.begin().await?;
+        let mut lives = Vec::new();
+        for ending in endings::newest(&mut transaction, operator, limit).await? {
+            let prognoses = prognoses::first_of_each_stretch(&mut transaction, &ending, every_fh).await?;
+            let life = ending.pointer.life(&ending.component)?;
+            lives.push(IssuedLife { life, failure_fh: ending.failure_fh, prognoses });
+        }
+        Ok(lives)
+    }
+
+    pub(crate) async fn finished_lives(
+        &self,
+        operator: &OperatorId,
+        part_number: &PartNumber,
+        model: &ContentHash,
+    ) -> Result<Vec<FinishedLife>, StoreError> {
+        let mut transaction = self.readers.begin().await?;
+        let mut lives = Vec::new();
+        for ending in endings::judged_by(&mut transaction, operator, part_number, model).await? {
+            let range = EstimateRange::counting_up_to(ending.failure_fh);
+            let estimates = history::estimates(&mut transaction, &ending.component, ending.pointer, range).await?;
+            let life = ending.pointer.life(&ending.component)?;
+            lives.push(FinishedLife { life, failure_fh: ending.failure_fh, estimates });
+        }
+        Ok(lives)
+    }
+
+    pub(crate) async fn next_lesson(&self) -> Result<Option<Lesson>, StoreError> {
+        let row: Option<LessonRow> = sqlx::query_as(
+            "select f.operator, f.part_number, f.model, f.lives from (
+               select l.operator, l.part_number, g.model, count(*) as lives
+               from lives l cross join generations g cross join bundles b
+               where l.ended_by is not null
+                 and g.operator = l.operator and g.part_number = l.part_number and g.serial_number = l.serial_number
+                 and g.overhaul_index = l.overhaul_index and g.number = l.generation
+                 and b.hash = g.model and b.active = 1
+               group by l.operator, l.part_number, g.model) as f
+             where f.lives >= $1
+               and f.lives * $3 >= $2 * coalesce((
+                 select p.lives from priors p
+                 where p.operator = f.operator and p.part_number = f.part_number and p.model = f.model
+                 order by p.learned_at desc, p.hash desc limit 1), 0)
+             order by f.operator, f.part_number limit 1",
+        )
+        .bind(Lesson::MIN_LIVES)
+        .bind(Lesson::GROWTH.0)
+        .bind(Lesson::GROWTH.1)
+        .fetch_optional(&self.readers)
+        .await?;
+        row.map(LessonRow::lesson).transpose()
+    }
+}
+
+#[derive(sqlx::FromRow)]
+struct LessonRow {
+    operator: String,
+    part_number: String,
+    model: Vec<u8>,
+    lives: i64,
+}
+
+impl LessonRow {
+    fn lesson(self) -> Result<Lesson, StoreError> {
+        Ok(Lesson {
+            operator: parse("lives", &self.operator)?,
+            part_number: parse("lives", &self.part_number)?,
+            model: hash("generations", &self.model)?,
+            lives: count("lives", self.lives)?,
+        })
+    }
+}

@@ -1,0 +1,113 @@
+//! Prognoses as issued: append-only.
+
+use domain::{Component, Prognosis, Timestamp};
+use sqlx::SqliteConnection;
+
+use super::{
+    endings::Ending,
+    lives::LifePointer,
+    row::{BindKey, checksum, corrupt, decode, encode, hours_column},
+};
+use crate::{Lease, StoreError};
+
+const PROGNOSES: &str = "prognoses";
+/// How far the column of the hours may be from the body's: the migration that added it rounded.
+const ROUNDING_FH: f64 = 1e-6;
+
+/// A prognosis as columns.
+pub(super) struct Draft {
+    body: String,
+    /// Hours of its newest data; `None` when it has no forecast.
+    forecast_from_fh: Option<f64>,
+}
+
+impl Draft {
+    pub(super) fn of(prognosis: &Prognosis) -> Result<Self, StoreError> {
+        Ok(Self { body: encode("prognosis", prognosis)?, forecast_from_fh: forecast_from_fh(prognosis) })
+    }
+}
+
+fn forecast_from_fh(prognosis: &Prognosis) -> Option<f64> {
+    prognosis.forecast.is_ok().then(|| hours_column(prognosis.as_of.flight_hours))
+}
+
+/// Appends what is served from now on.
+pub(super) async fn issue(
+    connection: &mut SqliteConnection,
+    lease: &Lease,
+    pointer: LifePointer,
+    now: Timestamp,
+    draft: &Draft,
+) -> Result<(), StoreError> {
+    let name = name(&lease.component, pointer, lease.fence, now.micros());
+    sqlx::query(
+        "insert into prognoses
+         (operator, part_number, serial_number, overhaul_index, generation, fence, issued_at, body, checksum,
+          forecast_from_fh)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
+    )
+    .bind_component(&lease.component)
+    .bind(pointer.overhaul_index)
+    .bind(pointer.generation)
+    .bind(lease.fence)
+    .bind(now.micros())
+    .bind(&draft.body)
+    .bind(checksum(&name, draft.body.as_bytes()))
+    .bind(draft.forecast_from_fh)
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+fn name(component: &Component, pointer: LifePointer, fence: i64, issued_at: i64) -> impl serde::Serialize + '_ {
+    (PROGNOSES, component, pointer.overhaul_index, pointer.generation, fence, issued_at)
+}
+
+#[derive(sqlx::FromRow)]
+pub(super) struct PrognosisRow {
+    pub(super) fence: i64,
+    pub(super) issued_at: i64,
+    pub(super) body: Vec<u8>,
+    pub(super) checksum: Vec<u8>,
+    pub(super) forecast_from_fh: Option<f64>,
+}
+
+impl PrognosisRow {
+    /// The prognosis of one generation of a life.
+    pub(super) fn prognosis(&self, component: &Component, pointer: LifePointer) -> Result<Prognosis, StoreError> {
+        let name = name(component, pointer, self.fence, self.issued_at);
+        let prognosis: Prognosis = decode(&name, &self.body, &self.checksum)?;
+        let agrees = match (self.forecast_from_fh, forecast_from_fh(&prognosis)) {
+            (Some(column), Some(body)) => (column - body).abs() <= ROUNDING_FH,
+            (column, body) => column == body,
+        };
+        if agrees { Ok(prognosis) } else { Err(corrupt(&name, "its hours are not those of its body")) }
+    }
+}
+
+/// Of each stretch of `every_fh` hours before a life's failure, the first prognosis with a forecast that
+/// was issued, in the order of hours. (A cast rounds towards zero, and hours are not negative.)
+pub(super) async fn first_of_each_stretch(
+    connection: &mut SqliteConnection,
+    life: &Ending,
+    every_fh: f64,
+) -> Result<Vec<Prognosis>, StoreError> {
+    let rows: Vec<PrognosisRow> = sqlx::query_as(
+        "select fence, issued_at, body, checksum, forecast_from_fh from prognoses
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation = $5
+           and fence in (
+             select min(p.fence) from prognoses p
+             where p.operator = $1 and p.part_number = $2 and p.serial_number = $3 and p.overhaul_index = $4
+               and p.generation = $5 and p.forecast_from_fh < $6
+             group by cast(p.forecast_from_fh / $7 as integer))
+         order by forecast_from_fh, fence",
+    )
+    .bind_component(&life.component)
+    .bind(life.pointer.overhaul_index)
+    .bind(life.pointer.generation)
+    .bind(life.failure_fh)
+    .bind(every_fh)
+    .fetch_all(connection)
+    .await?;
+    rows.iter().map(|row| row.prognosis(&life.component, life.pointer)).collect()
+}
