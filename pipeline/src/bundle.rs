@@ -10,7 +10,7 @@ use prognosis::{prior::FleetPrior, surrogate::Surrogate};
 use reduction::{GappyPod, ReductionError, SelfOrganisingMap};
 use serde::{Deserialize, Serialize};
 
-use crate::{ChainSettings, LoadModel, Metrics};
+use crate::{ChainSettings, LoadModel, Metrics, Prior};
 
 /// The layout that this code reads and writes.
 const FORMAT: u32 = 1;
@@ -110,7 +110,7 @@ impl Bundle {
 pub struct Model {
     pub(crate) bundle: Bundle,
     pub(crate) hash: ContentHash,
-    pub(crate) prior: ContentHash,
+    pub(crate) prior: Prior,
     /// By the bundle's own sensor configuration.
     pub(crate) load_estimator: Option<LoadEstimator>,
     factors: HashMap<ContentHash, Factors>,
@@ -141,7 +141,7 @@ impl Model {
         }
         let mut model = Self {
             hash: ContentHash::of(bytes),
-            prior: ContentHash::of_json(&bundle.prior),
+            prior: Prior::new(bundle.prior.clone()),
             load_estimator: bundle.loads.as_ref().map(|loads| loads.estimator(None)).transpose()?,
             bundle,
             factors: HashMap::new(),
@@ -162,7 +162,7 @@ impl Model {
     pub fn summary(&self) -> BundleSummary {
         BundleSummary {
             hash: self.hash,
-            prior: self.prior,
+            prior: self.prior.hash,
             faults: self.bundle.faults.clone(),
             masks: self.bundle.masks.clone(),
             k_nom: self.bundle.motor.back_emf_v_s_rad,

@@ -2,27 +2,32 @@
 //!
 //! Offline: [`train`] makes a [`Bundle`] from a motor's parameters and a seed. Online: a [`Model`] (a
 //! bundle made ready) turns an upload into an estimate ([`Model::estimate`]) and the estimates of a life
-//! into states and a prognosis ([`Model::outlook`]). Nothing here does I/O or asks the time; the online
+//! into states and a prognosis ([`Model::course`], [`Model::outlook`]). Nothing here does I/O or asks the time; the online
 //! functions give the same bits on any x86-64.
 
 mod bundle;
 mod chain;
 mod chronology;
+mod course;
 mod dataset;
 mod estimate;
 mod loads;
 mod metrics;
+mod movement;
 mod outlook;
+mod prior;
 mod training;
 
 pub use bundle::{Bundle, BundleError, Model, Provenance};
 pub use chain::{ChainSettings, Lf1Form, MaskRule};
 pub use chronology::recorded_in_the_past;
+pub use course::Course;
 pub use dataset::{Dataset, DatasetError, Labels};
 pub use diagnosis::{MapKind, Measurement};
 pub use estimate::EstimateError;
 pub use loads::{LoadModel, LoadReferences};
 pub use metrics::{DiagnosisMetrics, Metrics, SurrogateMetrics, Validation};
-pub use outlook::{LifeContext, Outlook, OutlookError};
+pub use outlook::{Checkpoint, LifeContext, Outlook, OutlookError};
+pub use prior::{PastLife, Prior};
 pub use reduction::{ImportanceSampling, Prior as GappyPrior};
 pub use training::{Progress, TrainError, TrainSettings, train};

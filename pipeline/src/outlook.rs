@@ -1,40 +1,56 @@
-//! From the estimates of a life to its states and its prognosis.
+//! From the course of a life to its states and its prognosis.
 //!
 //! A state rests on all usable estimates up to its block and on nothing else; its digest says so.
 //! States whose digest still matches are kept, all others are computed anew, so the result depends on
-//! the set of estimates and not on the order of their arrival.
+//! the set of estimates and not on the order of their arrival. A filter that was kept after some block
+//! spares the way up to it and changes no result.
 
 use domain::{
     AsOf, ContentHash, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, Life, NUMERICS_VERSION, Prognosis,
     RulDistribution, SetAside, State, Stream,
+    explanation::Movement,
     prognosis::{Forecast, InsufficientHistory},
     state::{BLOCK_FH, MIN_OBSERVATIONS},
 };
 use prognosis::{
-    block::{Block, Observation, blocks},
     filter::Filter,
     forecast::{self, ForecastSettings, forecast},
     posterior::Posterior,
 };
 
-use crate::{Model, chronology::implausible_hours};
+use crate::{Course, Model, Prior, movement};
 
 /// Draws of an issued prognosis.
 const ISSUED_DRAWS: usize = 1000;
 /// Draws of a state's quantiles: they make the history chart, nobody acts on them.
 const STATE_DRAWS: usize = 200;
 /// Ends of life beyond are censored, flight hours.
-const HORIZON_FH: f64 = 10_000.0;
+pub(crate) const HORIZON_FH: f64 = 10_000.0;
 /// Seed of every draw; the natural key tells lives and uploads apart.
 const SEED: u64 = 1;
+/// Every so many blocks of a life its filter is worth keeping for good.
+const CHECKPOINT_BLOCKS: usize = 25;
 
-/// Whose estimates these are.
+/// Whose estimates these are, and by what they are judged.
 #[derive(Debug, Clone, Copy)]
 pub struct LifeContext<'a> {
     /// The life.
     pub life: &'a Life,
     /// Number of its generation.
     pub generation: u32,
+    /// The prior that the life is pinned to.
+    pub prior: &'a Prior,
+}
+
+/// The filter of a life after one of its blocks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checkpoint {
+    /// The block.
+    pub block: u64,
+    /// Digest of all that the filter has seen.
+    pub digest: ContentHash,
+    /// The filter.
+    pub filter: Filter,
 }
 
 /// States to replace, and the prognosis for the newest data.
@@ -48,6 +64,10 @@ pub struct Outlook {
     pub prognosis: Option<Prognosis>,
     /// The estimates that neither rests on, with the reason for each.
     pub excluded: Vec<SetAside>,
+    /// Filters after new blocks that are worth keeping for good.
+    pub checkpoints: Vec<Checkpoint>,
+    /// The filter after the last closed block, from which the life goes on.
+    pub latest: Option<Checkpoint>,
 }
 
 /// Why a life has no outlook.
@@ -68,60 +88,59 @@ pub enum OutlookError {
 impl Model {
     /// States and prognosis of a life.
     ///
-    /// `estimates` are all of the life, in its order; `known` its stored states, by block.
+    /// `known` are its stored states, by block; `recalled` is one of the filters that
+    /// [`Course::recallable`] asks for, or none.
     pub fn outlook(
         &self,
         context: &LifeContext,
-        estimates: &[Estimate],
+        course: &Course,
         known: &[State],
+        recalled: Option<Checkpoint>,
     ) -> Result<Outlook, OutlookError> {
-        let excluded = implausible_hours(estimates);
-        let believed = |estimate: &&Estimate| excluded.iter().all(|other| other.upload_id != estimate.upload_id);
-        let believed: Vec<&Estimate> = estimates.iter().filter(believed).collect();
-        let usable: Vec<&Estimate> = believed.iter().copied().filter(|estimate| estimate.usable().is_some()).collect();
-        let Some(newest) = usable.last().or(believed.last()).copied() else {
-            return Ok(Outlook { states_from: first_block(known), states: Vec::new(), prognosis: None, excluded });
+        let mut outlook = Outlook {
+            states_from: first_block(known),
+            states: Vec::new(),
+            prognosis: None,
+            excluded: course.excluded.clone(),
+            checkpoints: Vec::new(),
+            latest: None,
         };
-        let observations: Vec<Observation> = usable.iter().filter_map(|estimate| observation(estimate)).collect();
-        let closed = blocks(&observations);
-        let mut history =
-            History { model: self, life: context.life, usable: &usable, known, states_from: None, states: Vec::new() };
-        let (posterior, digest) = history.follow(&closed)?;
-        let History { states_from, states, .. } = history;
-
-        let open = &usable[closed.last().map_or(0, |block| block.observations.end)..];
-        let inputs_digest = ContentHash::of_parts([digest.bytes().as_slice(), &json(&open)]);
-        let forecast = match posterior {
-            None => Err(insufficient(&observations)),
-            Some(posterior) => {
-                let block = closed.last().map_or(0, |block| block.index);
-                Ok(self.forecast(context.life, &posterior, newest, block)?)
-            }
+        let Some(newest) = &course.newest else { return Ok(outlook) };
+        let standing = course.standing(known);
+        outlook.states_from = states_from(course, known, standing);
+        let mut walk = Walk { model: self, context, course, recalled };
+        outlook.latest = walk.follow(standing, &mut outlook.states, &mut outlook.checkpoints)?;
+        let last_state = outlook.states.last().or(known[..standing].last());
+        let forecast = match (&outlook.latest, last_state) {
+            (Some(latest), Some(state)) => Ok(self.forecast(context, &latest.filter, newest, state)?),
+            _ => Err(insufficient(&course.usable)),
         };
-        let prognosis = Prognosis {
+        outlook.prognosis = Some(Prognosis {
             as_of: as_of(newest),
             forecast,
-            load: usable.iter().rev().find_map(|estimate| estimate.load.clone()),
+            load: course.usable.iter().rev().find_map(|estimate| estimate.load.clone()),
             mask_id: newest.mask_id,
             model: self.hash,
-            prior: self.prior,
+            prior: context.prior.hash,
             generation: context.generation,
             numerics_version: NUMERICS_VERSION,
-            inputs_digest,
-        };
-        Ok(Outlook { states_from, states, prognosis: Some(prognosis), excluded })
+            inputs_digest: course.inputs_digest,
+        });
+        Ok(outlook)
     }
 
+    /// The forecast for the newest data, `state` being that of the last closed block.
     fn forecast(
         &self,
-        life: &Life,
-        posterior: &Posterior,
+        context: &LifeContext,
+        filter: &Filter,
         newest: &Estimate,
-        block: u64,
+        state: &State,
     ) -> Result<Forecast, OutlookError> {
-        let draws = self.draw(life, posterior, newest, ISSUED_DRAWS);
+        let posterior = filter.posterior();
+        let draws = self.draw(context, &posterior, newest, newest, ISSUED_DRAWS);
         let faults = posterior.trends();
-        check_finite(&faults, block)?;
+        check_finite(&faults, state.block)?;
         Ok(Forecast {
             dominant_fault: dominant_fault(&self.bundle.faults, draws.dominant_group(), &faults),
             faults,
@@ -129,87 +148,116 @@ impl Model {
             rul: RulDistribution::from_draws(&draws.ends_fh, HORIZON_FH),
             probability_failed: draws.failed_fraction,
             seed: SEED,
-            explanation: Explanation::default(),
-            doubts: Vec::new(),
+            explanation: Explanation {
+                drivers: Vec::new(),
+                growth: state.growth.clone(),
+                movement: state.movement.clone(),
+            },
+            doubts: state.doubts.clone(),
         })
     }
 
-    /// Draws of the end of life, counted from `newest`, keyed by its upload.
-    fn draw(&self, life: &Life, posterior: &Posterior, newest: &Estimate, draws: usize) -> forecast::Forecast {
-        let component = &life.component;
+    /// Draws of the end of life, counted from `newest`; random numbers are those of the upload of `key`.
+    pub(crate) fn draw(
+        &self,
+        context: &LifeContext,
+        posterior: &Posterior,
+        newest: &Estimate,
+        key: &Estimate,
+        draws: usize,
+    ) -> forecast::Forecast {
+        let Life { component, overhaul_index } = context.life;
         let stream = Stream::new(
             SEED,
             &[
                 component.operator.as_str(),
                 component.part_number.as_str(),
                 component.serial_number.as_str(),
-                &life.overhaul_index.to_string(),
-                newest.upload_id.as_str(),
+                &overhaul_index.to_string(),
+                key.upload_id.as_str(),
             ],
         );
         let lag_fh = newest.flight_hours - posterior.t_fh();
         let settings = ForecastSettings { draws, horizon_fh: HORIZON_FH, ..ForecastSettings::default() };
-        let error = self.bundle.prior.failure_time_error;
+        let error = context.prior.body.failure_time_error;
         forecast(posterior, lag_fh, &self.bundle.surrogate, error, &settings, &stream)
     }
 }
 
-/// Follows a life block by block.
-struct History<'a> {
-    model: &'a Model,
-    life: &'a Life,
-    usable: &'a [&'a Estimate],
-    known: &'a [State],
-    states_from: Option<u64>,
-    states: Vec<State>,
+/// States of this block and later ones do not stand; `None` when all do.
+fn states_from(course: &Course, known: &[State], standing: usize) -> Option<u64> {
+    let known = known.get(standing).map(|state| state.block);
+    let closed = course.blocks.get(standing).map(|block| block.index);
+    match (known, closed) {
+        (Some(known), Some(closed)) => Some(known.min(closed)),
+        (known, closed) => known.or(closed),
+    }
 }
 
-impl History<'_> {
-    /// The posterior after the last closed block, with the digest of all that it rests on.
-    fn follow(&mut self, closed: &[Block]) -> Result<(Option<Posterior>, ContentHash), OutlookError> {
-        let mut filter = Filter::new(&self.model.bundle.faults, &self.model.bundle.prior);
-        let mut digest = self.root();
-        for (i, block) in closed.iter().enumerate() {
+/// Walks along a life, block by block.
+struct Walk<'a> {
+    model: &'a Model,
+    context: &'a LifeContext<'a>,
+    course: &'a Course,
+    recalled: Option<Checkpoint>,
+}
+
+impl Walk<'_> {
+    /// Follows the life to its last closed block; writes states of all blocks but the first `standing`.
+    fn follow(
+        &mut self,
+        standing: usize,
+        states: &mut Vec<State>,
+        checkpoints: &mut Vec<Checkpoint>,
+    ) -> Result<Option<Checkpoint>, OutlookError> {
+        let (mut filter, begun) = self.begin(standing);
+        let mut before = (begun > 0 && begun == standing).then(|| filter.posterior());
+        for (index, block) in self.course.blocks.iter().enumerate().skip(begun) {
             filter.update(block);
-            let inside: Vec<&Estimate> = self.usable[block.observations.clone()].to_vec();
-            digest = ContentHash::of_parts([digest.bytes().as_slice(), &json(&inside)]);
-            let stands = self.states_from.is_none()
-                && self.known.get(i).is_some_and(|state| state.block == block.index && state.digest == digest);
-            if !stands {
-                let replaced = self.known.get(i).map_or(block.index, |state| state.block.min(block.index));
-                self.states_from.get_or_insert(replaced);
-                let state = self.state(block, &inside, &filter.posterior(), digest)?;
-                self.states.push(state);
+            if index + 1 < standing {
+                continue;
             }
+            let after = filter.posterior();
+            if index >= standing {
+                let earlier = before.take().map(|posterior| (posterior, &self.course.blocks[index - 1]));
+                let movement = earlier.map(|(posterior, earlier)| {
+                    movement::movement(self.model, self.context, self.course, [(&posterior, earlier), (&after, block)])
+                });
+                states.push(self.state(index, &after, movement)?);
+                if (index + 1).is_multiple_of(CHECKPOINT_BLOCKS) {
+                    checkpoints.push(self.checkpoint(index, &filter));
+                }
+            }
+            before = Some(after);
         }
-        if self.states_from.is_none() {
-            self.states_from = first_block(self.known.get(closed.len()..).unwrap_or_default());
-        }
-        Ok(((!closed.is_empty()).then(|| filter.posterior()), digest))
+        let last = self.course.blocks.len().checked_sub(1);
+        Ok(last.map(|index| self.checkpoint(index, &filter)))
     }
 
-    /// What every digest of the life begins with.
-    fn root(&self) -> ContentHash {
-        let version = NUMERICS_VERSION.to_le_bytes();
-        ContentHash::of_parts([
-            self.model.hash.bytes().as_slice(),
-            self.model.prior.bytes().as_slice(),
-            &version,
-            &json(self.life),
-        ])
+    /// The filter from which to follow, and how many blocks it has seen: at most as many as stand.
+    fn begin(&mut self, standing: usize) -> (Filter, usize) {
+        let seen = |checkpoint: &Checkpoint| {
+            let place = self.course.digests[..standing].iter().position(|digest| *digest == checkpoint.digest);
+            place.map(|index| index + 1)
+        };
+        match self.recalled.take().and_then(|checkpoint| seen(&checkpoint).map(|seen| (checkpoint.filter, seen))) {
+            Some(recalled) => recalled,
+            None => (Filter::new(&self.model.bundle.faults, &self.context.prior.body), 0),
+        }
     }
 
-    fn state(
-        &self,
-        block: &Block,
-        inside: &[&Estimate],
-        posterior: &Posterior,
-        digest: ContentHash,
-    ) -> Result<State, OutlookError> {
-        let last = inside[inside.len() - 1];
+    fn checkpoint(&self, index: usize, filter: &Filter) -> Checkpoint {
+        let (block, digest) = (self.course.blocks[index].index, self.course.digests[index]);
+        Checkpoint { block, digest, filter: filter.clone() }
+    }
+
+    fn state(&self, index: usize, posterior: &Posterior, movement: Option<Movement>) -> Result<State, OutlookError> {
+        let (block, digest) = (&self.course.blocks[index], self.course.digests[index]);
+        let inside = self.course.inside(block);
+        let last = &inside[inside.len() - 1];
         let faults = posterior.trends();
         check_finite(&faults, block.index)?;
-        let draws = self.model.draw(self.life, posterior, last, STATE_DRAWS);
+        let draws = self.model.draw(self.context, posterior, last, last, STATE_DRAWS);
         let rul = RulDistribution::from_draws(&draws.ends_fh, HORIZON_FH);
         Ok(State {
             block: block.index,
@@ -223,25 +271,14 @@ impl History<'_> {
             censored_fraction: rul.censored_fraction(),
             horizon_fh: rul.horizon_fh(),
             growth: None,
-            movement: None,
+            movement,
             doubts: Vec::new(),
             digest,
         })
     }
 }
 
-fn observation(estimate: &Estimate) -> Option<Observation> {
-    let diagnosis = estimate.usable()?;
-    Some(Observation {
-        t_fh: estimate.flight_hours,
-        fault_vector: diagnosis.fault_vector.clone(),
-        sigma: diagnosis.sigma.clone(),
-        load: estimate.load.as_ref().map(|load| load.ratio),
-        temperature: estimate.temperature,
-    })
-}
-
-fn as_of(estimate: &Estimate) -> AsOf {
+pub(crate) fn as_of(estimate: &Estimate) -> AsOf {
     AsOf {
         flight_hours: estimate.flight_hours,
         recorded_at: estimate.recorded_at,
@@ -261,18 +298,18 @@ fn dominant_fault(model: &FaultModel, group: usize, faults: &[FaultTrend]) -> St
     model.names[index].clone()
 }
 
-fn insufficient(observations: &[Observation]) -> InsufficientHistory {
-    let missing = match observations {
+fn insufficient(usable: &[Estimate]) -> InsufficientHistory {
+    let missing = match usable {
         [] => "no upload so far could be diagnosed".to_owned(),
-        [first, .., last] if observations.len() >= MIN_OBSERVATIONS => format!(
+        [first, .., last] if usable.len() >= MIN_OBSERVATIONS => format!(
             "{} usable observations from {} to {} fh, none of them in a later {BLOCK_FH}-hour block than the others",
-            observations.len(),
-            first.t_fh,
-            last.t_fh
+            usable.len(),
+            first.flight_hours,
+            last.flight_hours
         ),
         _ => format!(
             "{} of at least {MIN_OBSERVATIONS} usable observations, followed by one in a later {BLOCK_FH}-hour block",
-            observations.len()
+            usable.len()
         ),
     };
     InsufficientHistory { missing }
@@ -291,8 +328,4 @@ fn check_finite(faults: &[FaultTrend], block: u64) -> Result<(), OutlookError> {
 
 fn first_block(states: &[State]) -> Option<u64> {
     states.first().map(|state| state.block)
-}
-
-fn json<T: serde::Serialize>(value: &T) -> Vec<u8> {
-    serde_json::to_vec(value).expect("nouns serialise: no maps with non-text keys")
 }

@@ -22,7 +22,9 @@ fn life() -> Life {
 }
 
 fn outlook(model: &Model, estimates: &[Estimate], known: &[State]) -> Outlook {
-    model.outlook(&LifeContext { life: &life(), generation: 1 }, estimates, known).unwrap()
+    let life = life();
+    let context = LifeContext { life: &life, generation: 1, prior: model.prior() };
+    model.outlook(&context, &model.course(&context, estimates), known, None).unwrap()
 }
 
 /// Estimates every four hours of a short that grows exponentially.
@@ -168,6 +170,43 @@ fn known_states_are_kept_and_those_behind_a_late_upload_replaced() {
     assert_eq!(from, (all[33].flight_hours / 20.0) as u64);
     let stored: Vec<State> = known.into_iter().filter(|state| state.block < from).chain(late.states).collect();
     assert_eq!(stored, whole.states);
+}
+
+/// A life that is followed from a filter kept before is the same life, bit for bit.
+#[test]
+fn a_recalled_filter_changes_nothing() {
+    let (model, life) = (model(), life());
+    let context = LifeContext { life: &life, generation: 1, prior: model.prior() };
+    let all = estimates(&model, 60);
+    let course = model.course(&context, &all);
+    let whole = outlook(&model, &all, &[]);
+    for (count, standing) in [(60, 12), (60, 9), (45, 9), (45, 4), (6, 1)] {
+        let kept = outlook(&model, &all[..count], &[]).latest.unwrap();
+        let known = &whole.states[..standing.min(whole.states.len())];
+        let wanted = course.recallable(known).contains(&(kept.block, kept.digest));
+        assert_eq!(wanted, known.iter().any(|state| state.block == kept.block), "{count} of {standing}");
+        let recalled = model.outlook(&context, &course, known, Some(kept)).unwrap();
+        assert_eq!(recalled.states, whole.states[known.len()..]);
+        assert_eq!((recalled.prognosis, recalled.latest), (whole.prognosis.clone(), whole.latest.clone()));
+    }
+}
+
+/// How a forecast moved is told from one block to the next.
+#[test]
+fn movement_adds_up_from_block_to_block() {
+    let model = model();
+    let states = outlook(&model, &estimates(&model, 40), &[]).states;
+    assert_eq!(states[0].movement, None);
+    for pair in states.windows(2) {
+        let movement = pair[1].movement.as_ref().unwrap();
+        assert_eq!(movement.since, pair[0].as_of);
+        assert_eq!(movement.passed_fh, pair[1].as_of.flight_hours - pair[0].as_of.flight_hours);
+        let medians = [&pair[0], &pair[1]].map(|state| state.rul_quantiles_fh[3]);
+        let (Some(moved_fh), [Some(before), Some(now)]) = (movement.moved_fh, medians) else { continue };
+        // The states' own quantiles come from other random numbers: 200 draws of an sd of at most 2,000 h.
+        assert!((moved_fh - (now + movement.passed_fh - before)).abs() < 1000.0);
+        assert!(movement.standard_error_fh.unwrap() < 400.0);
+    }
 }
 
 /// What is stored of a life after its estimates have arrived in this order, looked at now and then. An

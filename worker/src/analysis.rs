@@ -15,8 +15,8 @@ pub fn analyse(model: &Model, masks: &Masks, inputs: LifeInputs, now: Timestamp)
     let (new, set_aside) = estimate_each(model, masks, &unestimated);
     estimates.extend(new.iter().cloned());
     estimates.sort_by(Estimate::life_order);
-    let context = LifeContext { life: &life, generation: generation.number };
-    let outlook = model.outlook(&context, &estimates, &states)?;
+    let context = LifeContext { life: &life, generation: generation.number, prior: model.prior() };
+    let outlook = model.outlook(&context, &model.course(&context, &estimates), &states, None)?;
     Ok(LifeResults {
         estimates: new,
         set_aside,
