@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 /// Probabilities of the quantiles that are served.
 pub const QUANTILE_LEVELS: [f64; 7] = [0.05, 0.10, 0.25, 0.50, 0.75, 0.90, 0.95];
 
+/// Ends of life beyond are censored in what is served, flight hours from the newest data.
+pub const HORIZON_FH: f64 = 10_000.0;
+
 /// An empirical distribution of remaining useful life, in flight hours counted from the newest
 /// data, censored at a horizon.
 ///
@@ -25,6 +28,11 @@ impl RulDistribution {
         ends_fh.retain(|&end| f64::from(end) < horizon_fh);
         ends_fh.sort_unstable_by(f32::total_cmp);
         Self { horizon_fh, draws: ends.len(), ends_fh }
+    }
+
+    /// Ends before the horizon, flight hours from the newest data, ascending; the further draws outlive it.
+    pub fn ends_fh(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        self.ends_fh.iter().map(|&end| f64::from(end))
     }
 
     /// Number of draws, censored ones included.

@@ -1,6 +1,7 @@
 //! Protobuf to domain and back.
 
 mod answer;
+mod due;
 mod explanation;
 mod field_path;
 mod history;

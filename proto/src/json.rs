@@ -1,6 +1,7 @@
 //! Bodies of the REST interface.
 
 mod component;
+mod due;
 mod explanation;
 mod health;
 mod load;
@@ -14,6 +15,7 @@ mod tail;
 mod upload;
 
 pub use component::{ComponentBody, InstallationItem, LifeItem};
+pub use due::{DueBody, DueItem, DueTotals, LatestSafe};
 pub use explanation::{Doubt, DoubtKind, Driver, ExplanationBody, Growth, GrowthChange, Movement, Surprise};
 pub use health::{FaultEstimate, HealthItem, Outcome, StateItem};
 pub use load::{LoadBody, LoadSource};

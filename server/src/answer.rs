@@ -1,8 +1,6 @@
 //! What is served, assembled once for REST, gRPC and the pages.
 
-use domain::{
-    ADVISORY, AsOf, Component, ContentHash, FaultModel, OperatorId, Position, Prognosis, RulDistribution, TailNumber,
-};
+use domain::{ADVISORY, AsOf, Component, ContentHash, FaultModel, OperatorId, Position, RulDistribution, TailNumber};
 use proto::json::{
     AsOfBody, Doubt, EndOfLife, ExplanationBody, FailureProbability, Fault, LoadBody, MaskBody, ModelItem, MonteCarlo,
     Page, PropagationBody, RulBody, RulQuantiles, Status, TailItem,
@@ -31,8 +29,8 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         serial_number: installed.serial_number.to_string(),
         life: installed.overhaul_index,
         as_of: prognosis.map(|prognosis| AsOfBody::from(&prognosis.as_of)),
-        status: status(state, prognosis),
-        missing: missing(prognosis),
+        status: status(state, installed),
+        missing: missing(installed),
         rul_fh: distribution.map(RulQuantiles::from),
         censored_fraction: distribution.map(RulDistribution::censored_fraction),
         horizon_fh: distribution.map(RulDistribution::horizon_fh),
@@ -59,14 +57,16 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
     }
 }
 
-fn status(state: &State, prognosis: Option<&Prognosis>) -> Status {
+/// How to read the prognosis of a component now.
+pub fn status(state: &State, installed: &Installed) -> Status {
     let stale_after_h = state.stale_after.as_secs_f64() / 3600.0;
-    let judged = prognosis.map(|prognosis| prognosis.status((state.clock)(), stale_after_h));
+    let judged = installed.prognosis.as_ref().map(|prognosis| prognosis.status((state.clock)(), stale_after_h));
     judged.unwrap_or(domain::Status::InsufficientHistory).into()
 }
 
-fn missing(prognosis: Option<&Prognosis>) -> Option<String> {
-    match prognosis {
+/// What a forecast of a component still needs; `None` when there is one.
+pub fn missing(installed: &Installed) -> Option<String> {
+    match &installed.prognosis {
         None => Some("no upload of this component has been judged yet".to_owned()),
         Some(prognosis) => prognosis.forecast.as_ref().err().map(|history| history.missing.clone()),
     }
@@ -74,17 +74,20 @@ fn missing(prognosis: Option<&Prognosis>) -> Option<String> {
 
 /// Dates at which quantiles of remaining life are flown; `None` for a tail that does not fly.
 fn end_of_life(as_of: &AsOf, rul: &RulDistribution, fh_per_day: f64) -> Option<EndOfLife> {
-    let date = |level: f64| {
-        let days = rul.quantile_fh(level)? / fh_per_day;
-        let time = (days <= MAX_DAYS).then(|| as_of.recorded_at.plus_hours(days * 24.0).to_string())?;
-        Some(time.split('T').next()?.to_owned())
-    };
+    let date = |level: f64| date_after(as_of, rul.quantile_fh(level)?, fh_per_day);
     (fh_per_day > 0.0).then(|| EndOfLife {
         date_p10: date(0.10),
         date_p50: date(0.50),
         date_p90: date(0.90),
         utilisation_fh_per_day: fh_per_day,
     })
+}
+
+/// The date on which flight hours from the newest data are flown.
+pub fn date_after(as_of: &AsOf, hours: f64, fh_per_day: f64) -> Option<String> {
+    let days = hours / fh_per_day;
+    let time = (days <= MAX_DAYS).then(|| as_of.recorded_at.plus_hours(days * 24.0).to_string())?;
+    Some(time.split('T').next()?.to_owned())
 }
 
 /// What is installed at a position of the operator that acts.

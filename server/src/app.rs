@@ -94,11 +94,12 @@ mod tests {
     use super::*;
 
     /// Routes that are no part of the interface: pages, and the document itself.
-    const UNDOCUMENTED: [&str; 6] = [
+    const UNDOCUMENTED: [&str; 7] = [
         "get /",
         "get /docs",
         "get /docs/",
         "get /docs/{file}",
+        "get /due",
         "get /openapi.json",
         "get /tails/{tail}/positions/{position}",
     ];

@@ -10,7 +10,9 @@
 
 mod answer;
 mod app;
+mod csv;
 mod cursor;
+mod due;
 mod grpc;
 mod history;
 mod ingest;

@@ -4,6 +4,7 @@
 mod chart;
 mod component;
 mod docs;
+mod due;
 mod fleet;
 mod reasons;
 mod words;
@@ -23,13 +24,14 @@ use crate::{app::Shared, refusal::Refusal};
 
 /// Nothing is loaded from anywhere; the style comes with the page.
 const POLICY: &str =
-    "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'";
 
 /// Routes of the pages.
 pub fn router() -> Router<Shared> {
     Router::new()
         .route("/", get(fleet::get))
         .route("/tails/{tail}/positions/{position}", get(component::get))
+        .route("/due", get(due::get))
         .route("/docs", get(docs::enter))
         .route("/docs/", get(docs::index))
         .route("/docs/{file}", get(docs::get))

@@ -109,6 +109,15 @@ impl Parameters {
         self.parsed(name, rule, parse)
     }
 
+    /// Refuses parameters that mean nothing here.
+    pub fn without(&mut self, names: &[&str], why: &str) {
+        for name in names {
+            if self.text(name).is_some() {
+                self.refuse(name, why);
+            }
+        }
+    }
+
     /// Flight hours.
     pub fn hours(&mut self, name: &str) -> Option<f64> {
         self.parsed(name, "flight hours, 0 to 1000000", hours)

@@ -2,6 +2,7 @@
 
 mod body;
 mod components;
+mod due;
 mod health;
 mod models;
 mod probes;
@@ -20,6 +21,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{app::Shared, prometheus};
 
 pub use body::MAX_UPLOAD_BYTES;
+pub use due::threshold;
 
 #[derive(OpenApi)]
 #[openapi(
@@ -45,6 +47,7 @@ pub fn router() -> OpenApiRouter<Shared> {
         .routes(routes!(tails::ruls))
         .routes(routes!(tails::rul))
         .routes(routes!(health::get))
+        .routes(routes!(due::get))
         .routes(routes!(sensor_configurations::list, sensor_configurations::post))
         .routes(routes!(components::get))
         .routes(routes!(health::of_component))

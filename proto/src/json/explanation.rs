@@ -126,6 +126,22 @@ pub enum DoubtKind {
     OutsideTraining,
 }
 
+impl DoubtKind {
+    /// The code.
+    pub fn as_str(self) -> &'static str {
+        domain::DoubtKind::from(self).as_str()
+    }
+}
+
+impl From<DoubtKind> for domain::DoubtKind {
+    fn from(kind: DoubtKind) -> Self {
+        match kind {
+            DoubtKind::Inconsistent => Self::Inconsistent,
+            DoubtKind::OutsideTraining => Self::OutsideTraining,
+        }
+    }
+}
+
 impl From<&domain::Explanation> for ExplanationBody {
     fn from(explanation: &domain::Explanation) -> Self {
         let driver = |driver: &explanation::Driver| Driver { faults: driver.faults.clone(), share: driver.share };

@@ -27,6 +27,20 @@ pub enum Status {
     BeyondHorizon,
 }
 
+impl Status {
+    /// The code.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Failed => "failed",
+            Self::InsufficientHistory => "insufficient_history",
+            Self::Stale => "stale",
+            Self::Inconsistent => "inconsistent",
+            Self::Ok => "ok",
+            Self::BeyondHorizon => "beyond_horizon",
+        }
+    }
+}
+
 impl From<domain::Status> for Status {
     fn from(status: domain::Status) -> Self {
         match status {

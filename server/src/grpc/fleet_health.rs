@@ -10,6 +10,7 @@ use tonic::{Request, Response, Status};
 use super::Service;
 use crate::{
     State, answer,
+    due::{self, DueList, Threshold},
     history::{History, Range, View, history},
     parameters::{grpc_hours, grpc_limit, grpc_within},
     refusal::Refusal,
@@ -25,7 +26,7 @@ impl FleetHealth for Service {
         let limit = grpc_limit(limit)?;
         let after: Option<TailNumber> = match cursor.as_str() {
             "" => None,
-            text => Some(text.parse().map_err(|_| Refusal::parameter("cursor", "must be a cursor of this call"))?),
+            text => Some(text.parse().map_err(|_| not_a_cursor())?),
         };
         Ok(Response::new(answer::tails(&self.0.state, after.as_ref(), limit).await?.into()))
     }
@@ -46,6 +47,21 @@ impl FleetHealth for Service {
         Ok(Response::new(answer::rul(&self.0.state, &installed, within_fh.as_deref()).into()))
     }
 
+    async fn list_due(&self, request: Request<v1::ListDueRequest>) -> Result<Response<v1::ListDueResponse>, Status> {
+        let v1::ListDueRequest { within_fh, risk, limit, cursor } = request.into_inner();
+        let threshold = Threshold::new(
+            checked("within_fh", within_fh, due::within, due::WITHIN_RULE)?,
+            checked("risk", risk, due::risk, due::RISK_RULE)?,
+        );
+        let limit = grpc_limit(limit)?;
+        let after = match cursor.as_str() {
+            "" => None,
+            text => Some(due::Place::from_cursor(text).ok_or_else(not_a_cursor)?),
+        };
+        let list = DueList::read(&self.0.state, threshold).await?;
+        Ok(Response::new(list.page(after.as_ref(), limit).into()))
+    }
+
     async fn list_health(
         &self,
         request: Request<v1::ListHealthRequest>,
@@ -64,6 +80,16 @@ impl FleetHealth for Service {
         };
         Ok(Response::new(page))
     }
+}
+
+/// A number that a caller may leave out, if it is accepted.
+fn checked(name: &str, given: Option<f64>, accept: fn(f64) -> Option<f64>, rule: &str) -> Result<Option<f64>, Refusal> {
+    let refuse = |number: f64| Refusal::parameter(name, format!("{number} must be {rule}"));
+    given.map(|number| accept(number).ok_or_else(|| refuse(number))).transpose()
+}
+
+fn not_a_cursor() -> Refusal {
+    Refusal::parameter("cursor", "must be a cursor of this call")
 }
 
 fn place(tail: &str, position: &str) -> Result<(TailNumber, Position), Refusal> {

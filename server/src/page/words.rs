@@ -23,7 +23,16 @@ impl Badge {
     pub fn of(body: &RulBody) -> Self {
         let p10 = body.rul_fh.as_ref().and_then(|rul| rul.p10);
         let near = p10.is_some_and(|p10| p10 < ATTENTION_FH);
-        let (rank, class, icon, words) = match body.status {
+        Self::new(body.status, near)
+    }
+
+    /// The badge of a component on the due list: what is known of it asks for attention.
+    pub fn due(status: Status) -> Self {
+        Self::new(status, true)
+    }
+
+    fn new(status: Status, near: bool) -> Self {
+        let (rank, class, icon, words) = match status {
             Status::Failed => (0, "failed", "✖", "failed"),
             Status::Ok | Status::BeyondHorizon if near => (1, "soon", "▲", "end of life near"),
             Status::InsufficientHistory => (2, "unknown", "?", "unknown: not enough history"),
@@ -43,6 +52,12 @@ pub fn hours(body: &RulBody, quantile: Option<f64>) -> String {
         (None, Some(horizon)) => format!("> {} fh", grouped(horizon)),
         (None, None) => "unknown".to_owned(),
     }
+}
+
+/// A probability in percent, with a decimal where it is small.
+pub fn percent(probability: f64) -> String {
+    let percent = 100.0 * probability;
+    if percent < 9.95 && percent.fract() != 0.0 { format!("{percent:.1} %") } else { format!("{percent:.0} %") }
 }
 
 /// A whole number in groups of three digits, parted by thin no-break spaces.

@@ -23,6 +23,7 @@ async fn the_document_is_of_openapi_3_1_and_lists_the_contract() {
         ("/metrics", "get"),
         ("/v1/components/{part}/{serial}", "get"),
         ("/v1/components/{part}/{serial}/health", "get"),
+        ("/v1/fleet/due", "get"),
         ("/v1/models", "get"),
         ("/v1/models/{hash}/mask", "get"),
         ("/v1/tails", "get"),

@@ -4,6 +4,7 @@ mod answers;
 mod bad_input;
 mod components;
 mod corrections;
+mod due;
 mod figures;
 mod house;
 mod interface;

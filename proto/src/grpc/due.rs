@@ -1,0 +1,46 @@
+//! The due list.
+
+use super::answer::each;
+use crate::{json, v1};
+
+impl From<json::DueBody> for v1::ListDueResponse {
+    fn from(body: json::DueBody) -> Self {
+        let json::DueTotals { components, due, unknown } = body.totals;
+        Self {
+            within_fh: body.within_fh,
+            risk: body.risk,
+            totals: Some(v1::DueTotals { components, due, unknown }),
+            items: each(body.items),
+            unknown: each(body.unknown),
+            next_cursor: body.next_cursor,
+            advisory: body.advisory,
+        }
+    }
+}
+
+impl From<json::DueItem> for v1::DueItem {
+    fn from(item: json::DueItem) -> Self {
+        Self {
+            tail: item.tail,
+            position: item.position,
+            part_number: item.part_number,
+            serial_number: item.serial_number,
+            life: item.life,
+            status: v1::Status::from(item.status).into(),
+            dominant_fault: item.dominant_fault,
+            p: item.p,
+            standard_error: item.standard_error,
+            latest_safe: item.latest_safe.map(Into::into),
+            as_of: item.as_of.map(Into::into),
+            doubts: each(item.doubts.unwrap_or_default()),
+            reason: item.reason,
+        }
+    }
+}
+
+impl From<json::LatestSafe> for v1::LatestSafe {
+    fn from(safe: json::LatestSafe) -> Self {
+        let json::LatestSafe { remaining_fh, flight_hours, date } = safe;
+        Self { remaining_fh, flight_hours, date }
+    }
+}

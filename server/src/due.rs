@@ -1,0 +1,262 @@
+//! Advisory Generation: which components are due, assembled once for REST, gRPC and the page.
+//!
+//! The list is put in order when it is read: statuses and probabilities change with the clock and with
+//! every upload. A cursor names a place in that order, so that a page begins where the one before ended
+//! even if the component there has moved on.
+
+use std::cmp::Ordering;
+
+use domain::{ADVISORY, OperatorId, Position, RulDistribution, TailNumber, prognosis::Forecast, rul::HORIZON_FH};
+use proto::json::{AsOfBody, Doubt, DoubtKind, DueBody, DueItem, DueTotals, LatestSafe, Status};
+use store::{Installed, InstalledTail};
+
+use crate::{State, answer, refusal::Refusal};
+
+/// Hours that are asked about unless told otherwise.
+const WITHIN_FH: f64 = 500.0;
+/// Risk from which on a component is due unless told otherwise.
+const RISK: f64 = 0.1;
+/// Tails that are read from the store at once.
+const TAILS_AT_ONCE: u32 = 200;
+/// What is accepted as hours.
+pub const WITHIN_RULE: &str = "flight hours from 0 to 10000, the horizon of forecasts";
+/// What is accepted as a risk.
+pub const RISK_RULE: &str = "a probability above 0 and below 1";
+
+/// What due means.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Threshold {
+    /// Flight hours from the newest data.
+    pub within_fh: f64,
+    /// Probability of failure within them, above which a component is due.
+    pub risk: f64,
+}
+
+impl Threshold {
+    /// From what was asked for.
+    pub fn new(within_fh: Option<f64>, risk: Option<f64>) -> Self {
+        Self { within_fh: within_fh.unwrap_or(WITHIN_FH), risk: risk.unwrap_or(RISK) }
+    }
+}
+
+/// Hours that can be asked about.
+pub fn within(hours: f64) -> Option<f64> {
+    (0.0..=HORIZON_FH).contains(&hours).then_some(hours)
+}
+
+/// A risk that can be asked about.
+pub fn risk(risk: f64) -> Option<f64> {
+    (risk > 0.0 && risk < 1.0).then_some(risk)
+}
+
+/// Which part of the list a component is in, the most urgent first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Part {
+    Failed,
+    Due,
+    Unknown,
+}
+
+/// A place in the order of the list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Place {
+    part: Part,
+    p: f64,
+    remaining_fh: f64,
+    tail: TailNumber,
+    position: Position,
+}
+
+impl Place {
+    /// From the most urgent to the least.
+    fn order(&self, other: &Self) -> Ordering {
+        let by_urgency = self.part.cmp(&other.part).then(other.p.total_cmp(&self.p));
+        let by_hours = by_urgency.then(self.remaining_fh.total_cmp(&other.remaining_fh));
+        by_hours.then_with(|| (&self.tail, &self.position).cmp(&(&other.tail, &other.position)))
+    }
+
+    fn to_cursor(&self) -> String {
+        let part = self.part as u8;
+        format!("{part}_{}_{}_{}_{}", self.p, self.remaining_fh, self.tail, self.position)
+    }
+
+    /// The place that a text names, if it is a cursor.
+    pub fn from_cursor(text: &str) -> Option<Self> {
+        // A position may hold the separator, and comes last.
+        let mut parts = text.splitn(5, '_');
+        let part = match parts.next()? {
+            "0" => Part::Failed,
+            "1" => Part::Due,
+            "2" => Part::Unknown,
+            _ => return None,
+        };
+        let mut number = || parts.next()?.parse().ok().filter(|number: &f64| *number >= 0.0);
+        let (p, remaining_fh) = (number()?, number()?);
+        Some(Self { part, p, remaining_fh, tail: parts.next()?.parse().ok()?, position: parts.next()?.parse().ok()? })
+    }
+}
+
+/// The due list of the operator that acts, in its order.
+pub struct DueList {
+    threshold: Threshold,
+    totals: DueTotals,
+    entries: Vec<(Place, DueItem)>,
+}
+
+impl DueList {
+    /// Judges every installed component.
+    pub async fn read(state: &State, threshold: Threshold) -> Result<Self, Refusal> {
+        let mut list = Self { threshold, totals: DueTotals::default(), entries: Vec::new() };
+        let operator = OperatorId::default();
+        let mut after: Option<TailNumber> = None;
+        loop {
+            let tails = state.store.installed_fleet(&operator, after.as_ref(), TAILS_AT_ONCE).await?;
+            let last = tails.last().map(|tail| tail.tail.clone());
+            let complete = tails.len() < TAILS_AT_ONCE as usize;
+            tails.iter().for_each(|tail| list.add(state, tail));
+            if complete {
+                break;
+            }
+            after = last;
+        }
+        list.entries.sort_by(|a, b| a.0.order(&b.0));
+        Ok(list)
+    }
+
+    fn add(&mut self, state: &State, tail: &InstalledTail) {
+        for installed in &tail.installed {
+            self.totals.components += 1;
+            let Some((part, item)) = judged(state, installed, self.threshold) else { continue };
+            match part {
+                Part::Failed | Part::Due => self.totals.due += 1,
+                Part::Unknown => self.totals.unknown += 1,
+            }
+            let place = Place {
+                part,
+                // A component that was found failed may have no forecast.
+                p: item.p.unwrap_or(if part == Part::Failed { 1.0 } else { 0.0 }),
+                remaining_fh: item.latest_safe.as_ref().map_or(0.0, |safe| safe.remaining_fh),
+                tail: installed.tail.clone(),
+                position: installed.position.clone(),
+            };
+            self.entries.push((place, item));
+        }
+    }
+
+    /// One page, from the first component after `after`.
+    pub fn page(self, after: Option<&Place>, limit: u32) -> DueBody {
+        let mut entries = self.entries;
+        if let Some(after) = after {
+            entries.retain(|(place, _)| place.order(after) == Ordering::Greater);
+        }
+        let next_cursor = answer::next_cursor(&mut entries, limit, |(place, _)| place.to_cursor());
+        let (unknown, due): (Vec<_>, Vec<_>) = entries.into_iter().partition(|(place, _)| place.part == Part::Unknown);
+        let items = |entries: Vec<(Place, DueItem)>| entries.into_iter().map(|(_, item)| item).collect();
+        DueBody {
+            within_fh: self.threshold.within_fh,
+            risk: self.threshold.risk,
+            totals: self.totals,
+            items: items(due),
+            unknown: items(unknown),
+            next_cursor,
+            advisory: ADVISORY.to_owned(),
+        }
+    }
+
+    /// The whole list.
+    pub fn whole(self) -> DueBody {
+        self.page(None, u32::MAX)
+    }
+}
+
+/// A component that belongs on the list, and where; `None` for one that is known not to be due.
+fn judged(state: &State, installed: &Installed, threshold: Threshold) -> Option<(Part, DueItem)> {
+    let status = answer::status(state, installed);
+    let forecast = installed.prognosis.as_ref().and_then(|prognosis| prognosis.forecast.as_ref().ok());
+    let p = forecast.and_then(|forecast| forecast.rul.probability_within(threshold.within_fh));
+    let reason = why_unknown(state, installed, status, threshold);
+    let part = match (status, p) {
+        (Status::Failed, _) => Part::Failed,
+        (_, Some((p, _))) if p > threshold.risk => Part::Due,
+        _ if reason.is_some() => Part::Unknown,
+        _ => return None,
+    };
+    let told = p.filter(|_| part != Part::Unknown);
+    let safe = forecast.filter(|_| part == Part::Due).and_then(|f| latest_safe(installed, &f.rul, threshold.risk));
+    let item = item(installed, status, forecast);
+    let (p, standard_error) = told.unzip();
+    Some((part, DueItem { p, standard_error, latest_safe: safe, reason, ..item }))
+}
+
+/// A component without what depends on the threshold.
+fn item(installed: &Installed, status: Status, forecast: Option<&Forecast>) -> DueItem {
+    DueItem {
+        tail: installed.tail.to_string(),
+        position: installed.position.to_string(),
+        part_number: installed.part_number.to_string(),
+        serial_number: installed.serial_number.to_string(),
+        life: installed.overhaul_index,
+        status,
+        dominant_fault: forecast.map(|forecast| forecast.dominant_fault.clone()),
+        p: None,
+        standard_error: None,
+        latest_safe: None,
+        as_of: installed.prognosis.as_ref().map(|prognosis| AsOfBody::from(&prognosis.as_of)),
+        doubts: forecast.map(|forecast| forecast.doubts.iter().map(Doubt::from).collect()),
+        reason: None,
+    }
+}
+
+/// Why the state of a component is unknown; `None` when it is known.
+fn why_unknown(state: &State, installed: &Installed, status: Status, threshold: Threshold) -> Option<String> {
+    let prognosis = installed.prognosis.as_ref();
+    match status {
+        Status::Failed => None,
+        Status::InsufficientHistory => answer::missing(installed),
+        Status::Stale => prognosis.map(|prognosis| {
+            let days = ((state.clock)().hours_since(prognosis.as_of.recorded_at) / 24.0).floor();
+            format!("the newest data is {days} days old")
+        }),
+        Status::Inconsistent => prognosis.map(|prognosis| {
+            let doubts = prognosis.forecast.iter().flat_map(|forecast| &forecast.doubts).map(Doubt::from);
+            let against: Vec<_> = doubts.filter(|doubt| doubt.kind == DoubtKind::Inconsistent).collect();
+            against.into_iter().map(|doubt| doubt.detail).collect::<Vec<_>>().join("; ")
+        }),
+        Status::Ok | Status::BeyondHorizon => {
+            let horizon_fh = prognosis?.forecast.as_ref().ok()?.rul.horizon_fh();
+            (threshold.within_fh > horizon_fh).then(|| format!("its forecast ends at {horizon_fh} fh"))
+        }
+    }
+}
+
+fn latest_safe(installed: &Installed, rul: &RulDistribution, risk: f64) -> Option<LatestSafe> {
+    let as_of = &installed.prognosis.as_ref()?.as_of;
+    let remaining_fh = rul.quantile_fh(risk)?;
+    let fh_per_day = installed.utilisation_fh_per_day.filter(|fh_per_day| *fh_per_day > 0.0);
+    Some(LatestSafe {
+        remaining_fh,
+        flight_hours: as_of.flight_hours + remaining_fh,
+        date: fh_per_day.and_then(|fh_per_day| answer::date_after(as_of, remaining_fh, fh_per_day)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cursor_comes_back_as_it_was() {
+        let place = Place {
+            part: Part::Due,
+            p: 0.1 + 0.2,
+            remaining_fh: 1.0 / 3.0,
+            tail: "EC-MXA".parse().unwrap(),
+            position: "AIL_L_2".parse().unwrap(),
+        };
+        assert_eq!(Place::from_cursor(&place.to_cursor()), Some(place));
+        for bad in ["", "3_0_0_EC-MXA_A", "1_NaN_0_EC-MXA_A", "1_0_-1_EC-MXA_A", "1_0_0_ec_A", "1_0_0_EC-MXA", "1_0_0"]
+        {
+            assert_eq!(Place::from_cursor(bad), None, "{bad}");
+        }
+    }
+}

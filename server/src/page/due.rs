@@ -1,0 +1,140 @@
+//! Which components are due: a list to print, for the hours and the risk that a planner asks for.
+
+use askama::Template;
+use axum::{
+    extract::State as Extract,
+    http::{StatusCode, Uri},
+    response::{IntoResponse, Response},
+};
+use domain::Timestamp;
+use proto::json::{DueBody, DueItem};
+
+use super::{
+    html,
+    words::{Badge, grouped, percent},
+};
+use crate::{
+    app::Shared,
+    due::{DueList, Threshold},
+    parameters::Pairs,
+    refusal::Refusal,
+    rest,
+};
+
+/// Components on the page; the rest is told over REST.
+const MAX_ROWS: u32 = 1000;
+
+#[derive(Template)]
+#[template(path = "due.html")]
+struct DuePage {
+    now: Timestamp,
+    within_fh: f64,
+    risk: f64,
+    /// The risk in percent.
+    risk_words: String,
+    /// Why there is no list.
+    refused: Option<String>,
+    /// The same as a table.
+    csv: String,
+    components: u64,
+    due: u64,
+    unknown: u64,
+    rows: Vec<Row>,
+    unknown_rows: Vec<Row>,
+    /// Whether there are more than fit the page.
+    more: bool,
+    advisory: &'static str,
+}
+
+struct Row {
+    badge: Badge,
+    tail: String,
+    position: String,
+    part_number: String,
+    serial_number: String,
+    p: String,
+    safe_hours: String,
+    safe_in: String,
+    safe_date: String,
+    dominant_fault: String,
+    as_of: String,
+    notes: Vec<String>,
+}
+
+/// `GET /due`
+pub async fn get(Extract(shared): Extract<Shared>, uri: Uri, pairs: Pairs) -> Result<Response, Refusal> {
+    let now = (shared.state.clock)();
+    let mut parameters = pairs.read(&["within_fh", "risk"]);
+    let threshold = rest::threshold(&mut parameters);
+    if let Err(refusal) = parameters.finish() {
+        let page = html(&DuePage::refused(now, refusal.to_string()))?;
+        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+    }
+    let body = DueList::read(&shared.state, threshold).await?.page(None, MAX_ROWS);
+    let query = uri.query().filter(|query| !query.is_empty()).map(|query| format!("&{query}")).unwrap_or_default();
+    html(&DuePage::new(now, body, format!("/v1/fleet/due?format=csv{query}")))
+}
+
+impl DuePage {
+    fn new(now: Timestamp, body: DueBody, csv: String) -> Self {
+        let rows = |items: Vec<DueItem>| items.into_iter().map(Row::new).collect();
+        Self {
+            now,
+            within_fh: body.within_fh,
+            risk: body.risk,
+            risk_words: percent(body.risk),
+            refused: None,
+            csv,
+            components: body.totals.components,
+            due: body.totals.due,
+            unknown: body.totals.unknown,
+            more: body.next_cursor.is_some(),
+            rows: rows(body.items),
+            unknown_rows: rows(body.unknown),
+            advisory: domain::ADVISORY,
+        }
+    }
+
+    fn refused(now: Timestamp, why: String) -> Self {
+        let Threshold { within_fh, risk } = Threshold::new(None, None);
+        let totals = proto::json::DueTotals::default();
+        let (items, unknown) = (Vec::new(), Vec::new());
+        let advisory = domain::ADVISORY.to_owned();
+        let body = DueBody { within_fh, risk, totals, items, unknown, next_cursor: None, advisory };
+        Self { refused: Some(why), ..Self::new(now, body, String::new()) }
+    }
+}
+
+impl Row {
+    fn new(item: DueItem) -> Self {
+        let safe = item.latest_safe.as_ref();
+        let none = || "none".to_owned();
+        let hours = |hours: f64| format!("{} fh", grouped(hours));
+        let notes = item.reason.clone().into_iter();
+        let doubts = item.doubts.iter().flatten().map(|doubt| doubt.detail.clone());
+        let doubts: Vec<_> = doubts.filter(|detail| Some(detail) != item.reason.as_ref()).collect();
+        Self {
+            badge: Badge::due(item.status),
+            p: match item.p.zip(item.standard_error) {
+                Some((p, error)) => format!("{} \u{b1} {:.1}", percent(p), 100.0 * error),
+                None => "unknown".to_owned(),
+            },
+            safe_hours: safe.map_or_else(none, |safe| hours(safe.flight_hours)),
+            safe_in: safe.map_or_else(none, |safe| hours(safe.remaining_fh)),
+            safe_date: safe.map_or_else(none, |safe| safe.date.clone().unwrap_or_else(|| "unknown".to_owned())),
+            dominant_fault: item.dominant_fault.unwrap_or_else(|| "unknown".to_owned()),
+            as_of: item.as_of.map_or_else(
+                || "nothing yet".to_owned(),
+                |as_of| {
+                    let day = as_of.recorded_at.split('T').next().unwrap_or_default();
+                    format!("{} fh, {day}", grouped(as_of.flight_hours))
+                },
+            ),
+            notes: notes.chain(doubts).collect(),
+            tail: item.tail,
+            position: item.position,
+            part_number: item.part_number,
+            serial_number: item.serial_number,
+        }
+    }
+}
