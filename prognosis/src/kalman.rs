@@ -4,6 +4,11 @@ use crate::clipping::{ClippedMean, Expected};
 
 /// Standardised innovations beyond this are treated as outliers.
 const OUTLIER: f64 = 3.0;
+/// Faults are fractions, so no deviation is larger. Where clipping hides a deviation below nominal, nothing else
+/// would stop a belief from growing beyond all numbers.
+const LARGEST_DEVIATION: f64 = 1.0;
+/// Growth within one step is at most e to this, so that squares of it are numbers, too.
+const LARGEST_EXPONENT: f64 = 100.0;
 
 /// The linear step x <- growth x + drive b + N(0, noise), b <- b: the exact solution of
 /// dx = (lambda x + b) dt + sigma_w dW, so that one long step and many short ones agree.
@@ -20,7 +25,7 @@ pub(crate) struct Transition {
 impl Transition {
     /// Of `dt_h` hours at a rate `rate_per_h` > 0.
     pub fn new(rate_per_h: f64, process_noise: f64, dt_h: f64) -> Self {
-        let grown = libm::expm1(rate_per_h * dt_h);
+        let grown = libm::expm1(f64::min(rate_per_h * dt_h, LARGEST_EXPONENT));
         let growth = 1.0 + grown;
         let drive = grown / rate_per_h;
         Self { growth, drive, noise: process_noise * process_noise * drive * 0.5 * (growth + 1.0) }
@@ -64,9 +69,13 @@ impl Track {
     /// Carries the belief over a step.
     pub fn predict(&mut self, step: &Transition) {
         let Transition { growth, drive, noise } = *step;
-        self.x = growth * self.x + drive * self.b;
+        self.x = (growth * self.x + drive * self.b).clamp(-LARGEST_DEVIATION, LARGEST_DEVIATION);
         self.p_xx = growth * growth * self.p_xx + 2.0 * growth * drive * self.p_xb + drive * drive * self.p_bb + noise;
         self.p_xb = growth * self.p_xb + drive * self.p_bb;
+        if self.p_xx > LARGEST_DEVIATION * LARGEST_DEVIATION {
+            self.p_xb *= LARGEST_DEVIATION / self.p_xx.sqrt();
+            self.p_xx = LARGEST_DEVIATION * LARGEST_DEVIATION;
+        }
     }
 
     /// Corrects the belief by a measurement and returns its log-likelihood, up to a constant.
@@ -112,6 +121,19 @@ mod tests {
         close(short.x, long.x);
         close(short.p_xx, long.p_xx);
         close(short.p_xb, long.p_xb);
+    }
+
+    /// A deviation below nominal grows unseen, however fast and for however long.
+    #[test]
+    fn a_belief_that_clipping_hides_stays_finite() {
+        let mut track = Track { x: -0.01, b: -1e-5, ..TRACK };
+        for dt_h in [20.0, 5e4, 1e9, 20.0] {
+            track.predict(&Transition::new(0.3, 2.5e-4, dt_h));
+            let clipped = Some(ClippedMean::TrimmedT4);
+            let evidence = track.correct(&Measurement { value: 0.001, variance: 2e-6, sigma: 5e-3, clipped });
+            assert!([evidence, track.x, track.b, track.p_xx, track.p_xb, track.p_bb].iter().all(|n| n.is_finite()));
+            assert!(track.x.abs() <= 1.0 && track.p_xx * track.p_bb >= track.p_xb * track.p_xb, "{track:?}");
+        }
     }
 
     #[test]
