@@ -14,7 +14,7 @@ use domain::{
 };
 use prognosis::{
     filter::Filter,
-    forecast::{self, ForecastSettings, forecast},
+    forecast::{self, Draws, ForecastSettings, forecast},
     posterior::Posterior,
 };
 
@@ -178,7 +178,7 @@ impl Model {
             ],
         );
         let lag_fh = newest.flight_hours - posterior.t_fh();
-        let settings = ForecastSettings { draws, horizon_fh: HORIZON_FH, ..ForecastSettings::default() };
+        let settings = ForecastSettings { draws: Draws::fixed(draws), horizon_fh: HORIZON_FH, ..ForecastSettings::default() };
         let error = context.prior.body.failure_time_error;
         forecast(posterior, lag_fh, &self.bundle.surrogate, error, &settings, &stream)
     }

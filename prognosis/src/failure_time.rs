@@ -16,14 +16,14 @@ use crate::{
     block::{Observation, blocks},
     boundary::Boundary,
     filter::Filter,
-    forecast::{ForecastSettings, forecast},
+    forecast::{Draws, ForecastSettings, forecast},
     prior::{FailureTimeError, FleetPrior},
 };
 
 /// The mean remaining life at which a forecast is judged, flight hours.
 const LATE_FH: f64 = 200.0;
 /// Draws and horizon of each forecast.
-const SETTINGS: ForecastSettings = ForecastSettings { draws: 400, horizon_fh: 10_000.0, step_fh: 20.0 };
+const SETTINGS: ForecastSettings = ForecastSettings { draws: Draws::fixed(400), horizon_fh: 10_000.0, step_fh: 80.0 };
 /// Fewest lives whose errors have a meaningful spread.
 const MIN_LIVES: usize = 10;
 

@@ -30,14 +30,14 @@ mod surprise;
 pub mod surrogate;
 
 pub use block::{Block, Observation, OpenBlock, blocks};
-pub use boundary::Boundary;
+pub use boundary::{Boundary, Margin};
 pub use checkpoint::CheckpointError;
 pub use clipping::ClippedMean;
 pub use estimator::{Climatology, Estimator, Follower, Linear, PredictionSettings, Rbg, Ridge, RulEstimate, Thesis};
 pub use failure_time::{FinishedLife, fit_failure_time_error};
 pub use filter::Filter;
 pub use fit::{FitSettings, NoHistory, fit_prior, fit_prior_from};
-pub use forecast::{Forecast, ForecastSettings, forecast};
+pub use forecast::{Draws, Forecast, ForecastSettings, Precision, forecast};
 pub use growth_changes::GrowthChanges;
 pub use hierarchy::learn_from_finished;
 pub use noise::{NoNoise, fit_noise};

@@ -4,7 +4,7 @@ mod simulated;
 
 use domain::{FaultModel, Stream};
 use prognosis::{
-    Boundary, Estimator, Filter, FleetPrior, Follower, ForecastSettings, Observation, PredictionSettings, Rbg,
+    Boundary, Draws, Estimator, Filter, FleetPrior, Follower, ForecastSettings, Observation, PredictionSettings, Rbg,
     RulEstimate, Thesis,
     backtest::{ReplaySettings, Run, replay, scoreboard},
     blocks, forecast,
@@ -130,7 +130,7 @@ fn the_default_is_the_filter_and_its_forecast() {
     let mut filter = Filter::new(&model, &prior);
     blocks(seen).iter().for_each(|block| filter.update(block));
     let posterior = filter.posterior();
-    let settings = ForecastSettings { draws: 60, horizon_fh: 8000.0, step_fh: 20.0 };
+    let settings = ForecastSettings { draws: Draws::fixed(60), horizon_fh: 8000.0, step_fh: 20.0 };
     let direct = forecast(&posterior, now_fh - posterior.t_fh(), &Sum, None, &settings, &stream);
     assert_eq!((estimate.ends_fh, estimate.propagation), (direct.ends_fh, Some(posterior.propagation())));
 }

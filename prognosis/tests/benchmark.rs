@@ -8,7 +8,7 @@ use std::path::Path;
 use domain::{FaultModel, RulDistribution, Stream};
 use histories::Life;
 use prognosis::{
-    Filter, FinishedLife, FitSettings, FleetPrior, ForecastSettings, blocks, fit_failure_time_error, fit_prior,
+    Draws, Filter, FinishedLife, FitSettings, FleetPrior, ForecastSettings, blocks, fit_failure_time_error, fit_prior,
     forecast, metrics,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings},
 };
@@ -101,7 +101,7 @@ fn judge(life: &Life, run: usize, prior: &FleetPrior, surrogate: &Surrogate, den
         let mut filter = Filter::new(&FaultModel::electrical(), prior);
         blocks(&life.observations[..seen]).iter().for_each(|block| filter.update(block));
         let posterior = filter.posterior();
-        let settings = ForecastSettings { draws: density.draws, horizon_fh: HORIZON_FH, step_fh: 20.0 };
+        let settings = ForecastSettings { draws: Draws::fixed(density.draws), horizon_fh: HORIZON_FH, step_fh: 20.0 };
         let stream = Stream::new(1, &[&run.to_string(), &t_fh.to_string()]);
         let lag_fh = t_fh - posterior.t_fh();
         let ends_fh = forecast(&posterior, lag_fh, surrogate, prior.failure_time_error, &settings, &stream).ends_fh;

@@ -4,8 +4,8 @@ mod simulated;
 
 use domain::{FaultModel, Stream};
 use prognosis::{
-    Boundary, FailureTimeError, Filter, FinishedLife, FitSettings, FleetPrior, Forecast, ForecastSettings, NoHistory,
-    Observation, Posterior, blocks, fit_failure_time_error, fit_prior, forecast, metrics,
+    Boundary, Draws, FailureTimeError, Filter, FinishedLife, FitSettings, FleetPrior, Forecast, ForecastSettings,
+    NoHistory, Observation, Posterior, blocks, fit_failure_time_error, fit_prior, forecast, metrics,
 };
 use rayon::prelude::*;
 use simulated::{Growth, STEP_FH, observe};
@@ -118,7 +118,7 @@ fn spread_of_the_ends_does_not_depend_on_the_step() {
     let known = noisy_posterior(1200.0);
     let boundary = Weighted(vec![8.0, 8.0, 8.0, 6.0, 6.0]);
     let spread = |step_fh| {
-        let settings = ForecastSettings { draws: 4000, horizon_fh: 20_000.0, step_fh };
+        let settings = ForecastSettings { draws: Draws::fixed(4000), horizon_fh: 20_000.0, step_fh };
         mean_and_sd(&ends(&forecast(&known, 0.0, &boundary, None, &settings, &Stream::new(3, &["step"]))))
     };
     let (mean, sd) = spread(20.0);
@@ -134,7 +134,7 @@ fn draws_depend_on_their_index_only() {
     let known = noisy_posterior(800.0);
     let boundary = Weighted(vec![8.0, 8.0, 8.0, 6.0, 6.0]);
     let run = |draws| {
-        let settings = ForecastSettings { draws, ..ForecastSettings::default() };
+        let settings = ForecastSettings { draws: Draws::fixed(draws), ..ForecastSettings::default() };
         forecast(&known, 5.0, &boundary, None, &settings, &Stream::new(9, &["index"]))
     };
     let (few, many) = (run(100), run(300));
@@ -182,7 +182,7 @@ fn intervals_are_calibrated_on_lives_from_the_prior() {
     let prior = FleetPrior::vague();
     let boundary = Weighted(vec![8.0, 8.0, 8.0, 8.0, 8.0]);
     let (now_fh, horizon_fh) = (800.0, 8000.0);
-    let settings = ForecastSettings { draws: 400, horizon_fh, step_fh: 20.0 };
+    let settings = ForecastSettings { draws: Draws::fixed(400), horizon_fh, step_fh: 20.0 };
     let ranks: Vec<f64> = (0..800)
         .into_par_iter()
         .filter_map(|life| {

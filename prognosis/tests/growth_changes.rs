@@ -4,7 +4,8 @@ mod simulated;
 
 use domain::{FaultModel, Stream};
 use prognosis::{
-    Boundary, Filter, FleetPrior, Forecast, ForecastSettings, GrowthChanges, Observation, blocks, forecast, metrics,
+    Boundary, Draws, Filter, FleetPrior, Forecast, ForecastSettings, GrowthChanges, Observation, blocks, forecast,
+    metrics,
 };
 use rayon::prelude::*;
 use simulated::{Growth, STEP_FH, observe};
@@ -106,7 +107,7 @@ fn states_and_draws_depend_neither_on_threads_nor_on_the_order_within_a_time() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let predict = |life: &Vec<Observation>| {
             let known = filter(life, &prior);
-            let settings = ForecastSettings { draws: 50, ..ForecastSettings::default() };
+            let settings = ForecastSettings { draws: Draws::fixed(50), ..ForecastSettings::default() };
             let predicted = forecast(&known.posterior(), 3.0, &Sum, None, &settings, &Stream::new(1, &["threads"]));
             (known, predicted)
         };
@@ -129,10 +130,10 @@ fn draws_that_change_end_earlier_than_draws_that_do_not() {
     let seen = &life(&[])[..500];
     let ends = |growth_changes| {
         let known = filter(seen, &with(growth_changes)).posterior();
-        let settings = ForecastSettings { draws: 400, ..ForecastSettings::default() };
+        let settings = ForecastSettings { draws: Draws::fixed(400), ..ForecastSettings::default() };
         let predicted = forecast(&known, 0.0, &Sum, None, &settings, &Stream::new(1, &["earlier"]));
         let ends = predicted.ends_fh.iter().map(|end| end.unwrap_or(settings.horizon_fh));
-        ends.sum::<f64>() / settings.draws as f64
+        ends.sum::<f64>() / settings.draws.least as f64
     };
     let certain = GrowthChanges { probability: 1.0, start: 1.0, particles: 10, ..GrowthChanges::default() };
     let never = GrowthChanges { interval_fh: f64::INFINITY, ..certain };
@@ -146,7 +147,7 @@ fn slow_intervals_are_calibrated_on_lives_whose_growth_changes() {
     let law = GrowthChanges::default();
     let prior = with(law);
     let (now_fh, horizon_fh) = (1000.0, 8000.0);
-    let settings = ForecastSettings { draws: 300, horizon_fh, step_fh: 20.0 };
+    let settings = ForecastSettings { draws: Draws::fixed(300), horizon_fh, step_fh: 20.0 };
     let rank = |life| {
         let mut random = Stream::new(9, &["calibration"]).substream(life);
         let changes = draw_changes(&law, &mut random);

@@ -7,7 +7,7 @@ use crate::{
     block::{Observation, OpenBlock},
     boundary::Boundary,
     filter::Filter,
-    forecast::{ForecastSettings, forecast},
+    forecast::{Draws, ForecastSettings, forecast},
     posterior,
     prior::{FailureTimeError, FleetPrior},
 };
@@ -55,7 +55,7 @@ impl Follower for Life<'_> {
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
         let posterior = self.filter.posterior();
         let PredictionSettings { draws, horizon_fh } = *settings;
-        let settings = ForecastSettings { draws, horizon_fh, ..ForecastSettings::default() };
+        let settings = ForecastSettings { draws: Draws::fixed(draws), horizon_fh, ..ForecastSettings::default() };
         let lag_fh = now_fh - posterior.t_fh();
         RulEstimate {
             ends_fh: forecast(&posterior, lag_fh, self.boundary, self.error, &settings, stream).ends_fh,
