@@ -4,11 +4,14 @@ mod fixture;
 
 use std::{fs, path::Path};
 
-use domain::SetAsideReason;
-use fixture::{Database, bundle, component, configuration, day, drain, later_upload, operator, tail, upload};
+use domain::{ContentHash, Finding, SetAsideReason};
+use fixture::{
+    Database, bundle, component, configuration, day, drain, finding, later_upload, operator, prior, results, tail,
+    upload,
+};
 use metrics_exporter_prometheus::PrometheusBuilder;
 use sqlx::{Connection, Executor, SqliteConnection, migrate::Migrator, sqlite::SqliteConnectOptions};
-use store::{Options, Receipt, Retrial, Store, StoreError, UploadState};
+use store::{Checkpoint, EventReceipt, Options, Receipt, Retrial, Store, StoreError, UploadState, Voiding};
 use tokio::task::JoinSet;
 
 async fn execute(path: &Path, sql: &'static str) -> u64 {
@@ -91,6 +94,16 @@ async fn urls_that_name_no_file_are_refused() {
     assert!(matches!(refused, StoreError::Io { .. }), "{refused:?}");
 }
 
+/// What a killed process leaves behind: the database and its log, without a closing checkpoint.
+fn killed(database: &Database) -> Database {
+    let left_behind = Database::new();
+    for suffix in ["", "-wal"] {
+        let name = |database: &Database| format!("{}{suffix}", database.path().display());
+        fs::copy(name(database), name(&left_behind)).unwrap();
+    }
+    left_behind
+}
+
 #[tokio::test]
 async fn what_is_acknowledged_is_in_the_files() {
     let database = Database::new();
@@ -98,14 +111,22 @@ async fn what_is_acknowledged_is_in_the_files() {
     for i in 0..10 {
         store.accept(&operator(), upload(&format!("u{i}"), "0001"), day(0.0)).await.unwrap();
     }
-    // What a killed process leaves behind: the database and its log, without a closing checkpoint.
-    let left_behind = Database::new();
-    for suffix in ["", "-wal"] {
-        let name = |database: &Database| format!("{}{suffix}", database.path().display());
-        fs::copy(name(&database), name(&left_behind)).unwrap();
+    let events = ["kept", "voided"].map(|id| finding(id, "0001", Finding::Failed, 200.0));
+    for event in &events {
+        store.record_event(&operator(), event, day(0.0)).await.unwrap();
     }
+    store.void_event(&operator(), &events[1].event_id, day(0.0)).await.unwrap();
+    store.add_prior(&operator(), &prior("learned", 10, 0.0), b"learned").await.unwrap();
+    let left_behind = killed(&database);
     let store = left_behind.open().await;
     assert_eq!(store.pending().await.unwrap(), 10);
+    for event in &events {
+        assert_eq!(store.record_event(&operator(), event, day(1.0)).await.unwrap(), EventReceipt::Duplicate);
+    }
+    let voided = store.void_event(&operator(), &events[1].event_id, day(1.0)).await.unwrap();
+    assert_eq!(voided, Some(Voiding::AlreadyVoided));
+    assert_eq!(store.component(&component("0001")).await.unwrap().unwrap().lives[0].found_failed_fh, Some(200.0));
+    assert_eq!(store.priors(&operator()).await.unwrap(), [prior("learned", 10, 0.0)]);
     for i in 0..10 {
         let again = store.accept(&operator(), upload(&format!("u{i}"), "0001"), day(0.0)).await.unwrap();
         assert_eq!(again, Receipt::Duplicate);
@@ -154,7 +175,7 @@ async fn every_commit_is_measured() {
     assert_eq!(commits(), before + 3);
 }
 
-/// A database with a processed life, closed.
+/// A database with a processed and finished life and a learned prior, closed.
 async fn with_history() -> Database {
     let database = Database::new();
     let store = database.ready().await;
@@ -165,11 +186,14 @@ async fn with_history() -> Database {
     let configuration = configuration(0.25);
     store.add_sensor_configuration(&operator(), &tail("EC-MXA"), day(2.0), &configuration, day(0.0)).await.unwrap();
     drain(&store).await;
+    let event = finding("end", "0001", Finding::Failed, 1000.0);
+    store.record_event(&operator(), &event, day(0.0)).await.unwrap();
+    store.add_prior(&operator(), &prior("learned", 10, 0.0), b"learned").await.unwrap();
     store.close().await;
     database
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 struct Served {
     uploads: Vec<store::UploadRecord>,
     estimates: Vec<domain::Estimate>,
@@ -178,6 +202,11 @@ struct Served {
     mask: Option<store::PublishedMask>,
     bundles: Vec<store::BundleRecord>,
     configurations: Vec<store::TailConfiguration>,
+    component: Option<store::ComponentRecord>,
+    events: Vec<store::EventRecord>,
+    finished: Vec<store::IssuedLife>,
+    priors: Vec<store::PriorRecord>,
+    prior: Option<Vec<u8>>,
 }
 
 /// Everything that is served of such a database.
@@ -194,6 +223,11 @@ async fn served(store: &Store) -> Result<Served, StoreError> {
         mask: store.mask(&fixture::mask().id()).await?,
         bundles: store.bundles().await?,
         configurations: store.sensor_configurations(&operator(), &tail("EC-MXA")).await?,
+        component: store.component(&component("0001")).await?,
+        events: store.events(&component("0001")).await?,
+        finished: store.issued_on_finished_lives(&operator(), 200.0, 10).await?,
+        priors: store.priors(&operator()).await?,
+        prior: store.prior_body(&operator(), &ContentHash::of(b"learned")).await?,
     })
 }
 
@@ -208,6 +242,13 @@ async fn a_damaged_row_is_named_and_never_served() {
         ("states", "update states set checksum = zeroblob(32)"),
         ("prognoses", "update prognoses set body = replace(body, '0.02', '0.03')"),
         ("prognoses", "update prognoses set issued_at = 0"),
+        ("prognoses", "update prognoses set forecast_from_fh = forecast_from_fh - 0.5"),
+        ("prognoses", "update prognoses set forecast_from_fh = null"),
+        ("maintenance_events", "update maintenance_events set body = replace(body, '1000', '1001')"),
+        ("maintenance_events", "update maintenance_events set flight_hours = flight_hours + 1"),
+        ("maintenance_events", "update maintenance_events set kind = 'finding_serviceable'"),
+        ("priors", "update priors set lives = 100"),
+        ("priors", "update priors set body = x'00'"),
         ("masks", "update masks set k_nom = 0.0753"),
         ("sensor_configurations", "update sensor_configurations set body = replace(body, '0.25', '0.26')"),
         ("tail_sensor_configurations", "update tail_sensor_configurations set effective_from = effective_from - 1"),
@@ -240,41 +281,73 @@ async fn a_damaged_bundle_is_not_handed_out() {
     assert!(matches!(body, Err(StoreError::Corrupt { .. })), "{body:?}");
 }
 
-/// A database as the build that knew only the first schema left it: with the rows of `with_history`,
-/// one upload set aside and one that waits.
-async fn of_first_schema(history: &Database) -> Database {
-    let migrations = tempfile::tempdir().unwrap();
-    let first = "../migrations/sqlite/0001_initial.sql";
-    fs::copy(first, migrations.path().join("0001_initial.sql")).unwrap();
+/// A database as a build that knew only some first migrations left it, with rows that `copies` take out of
+/// a later one.
+async fn of_schema(migrations: &[&str], later: &Database, copies: &[&'static str]) -> Database {
+    let folder = tempfile::tempdir().unwrap();
+    for migration in migrations {
+        fs::copy(Path::new("../migrations/sqlite").join(migration), folder.path().join(migration)).unwrap();
+    }
     let database = Database::new();
     let options = SqliteConnectOptions::new().filename(database.path()).create_if_missing(true);
     let mut connection = SqliteConnection::connect_with(&options).await.unwrap();
-    Migrator::new(migrations.path()).await.unwrap().run_direct(None, &mut connection, false).await.unwrap();
-    sqlx::query("attach $1 as later").bind(history.path().to_str()).execute(&mut connection).await.unwrap();
-    for copy in [
-        "insert into bundles select * from later.bundles",
-        "insert into masks select * from later.masks",
-        "insert into operators select * from later.operators",
-        "insert into tails select * from later.tails",
-        "insert into components select * from later.components",
-        "insert into generations select * from later.generations",
-        "insert into installations select * from later.installations",
-        "insert into upload_keys select * from later.upload_keys",
-        "insert into uploads select * from later.uploads",
-        "insert into component_queue select * from later.component_queue",
-        "insert into estimates select * from later.estimates",
-        "insert into states select * from later.states",
-        "insert into prognoses select * from later.prognoses",
-        "insert into lives select operator, part_number, serial_number, overhaul_index, generation from later.lives",
+    Migrator::new(folder.path()).await.unwrap().run_direct(None, &mut connection, false).await.unwrap();
+    sqlx::query("attach $1 as later").bind(later.path().to_str()).execute(&mut connection).await.unwrap();
+    for copy in copies {
+        connection.execute(*copy).await.unwrap();
+    }
+    connection.close().await.unwrap();
+    database
+}
+
+/// Rows that no migration has changed.
+const UNCHANGED: [&str; 14] = [
+    "insert into bundles select * from later.bundles",
+    "insert into masks select * from later.masks",
+    "insert into operators select * from later.operators",
+    "insert into tails select * from later.tails",
+    "insert into components select * from later.components",
+    "insert into generations select * from later.generations",
+    "insert into installations select * from later.installations",
+    "insert into upload_keys select * from later.upload_keys",
+    "insert into uploads select * from later.uploads",
+    "insert into component_queue select * from later.component_queue",
+    "insert into estimates select * from later.estimates",
+    "insert into states select * from later.states",
+    "insert into prognoses select operator, part_number, serial_number, overhaul_index, generation, fence,
+       issued_at, body, checksum from later.prognoses",
+    "insert into lives (operator, part_number, serial_number, overhaul_index, generation)
+     select operator, part_number, serial_number, overhaul_index, generation from later.lives",
+];
+
+/// A database of the first schema: with the rows of `with_history`, one upload set aside and one that waits.
+async fn of_first_schema(history: &Database) -> Database {
+    let waiting = [
         "insert into inbox select operator, part_number, serial_number, recorded_at, upload_id from later.inbox",
         "insert into set_aside select operator, part_number, serial_number, recorded_at, upload_id,
            'bins of 180, not of 360', recorded_at from later.uploads where upload_id = 'aside'",
         "delete from inbox where upload_id = 'aside'",
-    ] {
-        connection.execute(copy).await.unwrap();
-    }
-    connection.close().await.unwrap();
-    database
+    ];
+    of_schema(&["0001_initial.sql"], history, &[UNCHANGED.as_slice(), &waiting].concat()).await
+}
+
+/// A database of the second schema, with the rows of `with_history`.
+async fn of_second_schema(history: &Database) -> Database {
+    let added = [
+        "update lives set prognosis_fence = (select max(fence) from prognoses)",
+        "insert into sensor_configurations select * from later.sensor_configurations",
+        "insert into tail_sensor_configurations select * from later.tail_sensor_configurations",
+    ];
+    let migrations = ["0001_initial.sql", "0002_corrections.sql"];
+    of_schema(&migrations, history, &[UNCHANGED.as_slice(), &added].concat()).await
+}
+
+/// Takes back what a build of the second schema does not know: the finding and the prior.
+fn without_learning(served: Served) -> Served {
+    let mut served = Served { events: Vec::new(), finished: Vec::new(), priors: Vec::new(), prior: None, ..served };
+    served.component.iter_mut().flat_map(|one| &mut one.lives).for_each(|life| life.found_failed_fh = None);
+    served.installed.iter_mut().for_each(|one| one.found_failed_fh = None);
+    served
 }
 
 #[tokio::test]
@@ -284,7 +357,7 @@ async fn a_database_of_the_first_schema_keeps_its_rows_and_its_answers() {
     for id in ["aside", "waits"] {
         store.accept(&operator(), upload(id, "0001"), day(7.0)).await.unwrap();
     }
-    let expected = Served { configurations: Vec::new(), ..served(&store).await.unwrap() };
+    let expected = Served { configurations: Vec::new(), ..without_learning(served(&store).await.unwrap()) };
     assert!(expected.installed[0].prognosis.is_some() && !expected.states.is_empty());
     store.close().await;
     let database = of_first_schema(&history).await;
@@ -301,6 +374,68 @@ async fn a_database_of_the_first_schema_keeps_its_rows_and_its_answers() {
     assert_eq!(served(&store).await.unwrap(), expected);
     drain(&store).await;
     assert_eq!(state("aside").await, UploadState::Processed);
+}
+
+#[tokio::test]
+async fn a_database_of_the_second_schema_keeps_its_answers_and_its_issued_forecasts() {
+    let history = with_history().await;
+    let store = history.open().await;
+    let expected = served(&store).await.unwrap();
+    assert!(!expected.finished[0].prognoses.is_empty());
+    store.close().await;
+    let database = of_second_schema(&history).await;
+    let store = database.open().await;
+    let event = finding("end", "0001", Finding::Failed, 1000.0);
+    assert_eq!(without_learning(served(&store).await.unwrap()), without_learning(expected.clone()));
+    assert_eq!(store.record_event(&operator(), &event, day(0.0)).await.unwrap(), EventReceipt::Recorded);
+    store.add_prior(&operator(), &prior("learned", 10, 0.0), b"learned").await.unwrap();
+    assert_eq!(served(&store).await.unwrap(), expected);
+}
+
+#[tokio::test]
+async fn a_damaged_prognosis_does_not_keep_a_database_from_being_migrated() {
+    let database = of_second_schema(&with_history().await).await;
+    assert!(execute(&database.path(), "update prognoses set body = substr(body, 2)").await > 0);
+    let store = database.open().await;
+    let refused = store.installed(&operator(), &tail("EC-MXA")).await;
+    assert!(matches!(refused, Err(StoreError::Corrupt { .. })), "{refused:?}");
+}
+
+#[tokio::test]
+async fn a_damaged_checkpoint_is_as_if_it_were_not_there() {
+    for damage in [
+        "update checkpoints set body = x'00' where block = (select max(block) from checkpoints)",
+        "update checkpoints set checksum = zeroblob(32) where block = (select max(block) from checkpoints)",
+        "update checkpoints set digest = zeroblob(32) where block = (select max(block) from checkpoints)",
+        "update checkpoints set block = block + 1 where block = (select max(block) from checkpoints)",
+        "delete from checkpoints where block = (select max(block) from checkpoints)",
+    ] {
+        let database = Database::new();
+        let store = database.ready().await;
+        for i in 0..4 {
+            let upload = later_upload(&format!("u{i}"), "0001", 1000.0 * f64::from(i));
+            store.accept(&operator(), upload, day(0.0)).await.unwrap();
+        }
+        let lease = fixture::lease(&store).await;
+        let mut results = results(&store.life_inputs(&lease).await.unwrap());
+        let checkpoint = |state: &domain::State| Checkpoint {
+            block: state.block,
+            digest: state.digest,
+            body: state.digest.bytes().to_vec(),
+        };
+        results.checkpoints = results.states.iter().map(checkpoint).collect();
+        let (kept, states) = (results.checkpoints.clone(), results.states.clone());
+        store.complete(&lease, results).await.unwrap();
+        let digest = store.digest().await.unwrap();
+        store.close().await;
+        assert_eq!(execute(&database.path(), damage).await, 1, "{damage}");
+        let store = Store::open_read_only(&database.url()).await.unwrap();
+        let mut wanted: Vec<_> = states.iter().map(|state| (state.block, state.digest)).collect();
+        wanted.extend(states.last().map(|state| (state.block + 1, state.digest)));
+        let found = store.checkpoint(&component("0001"), 0, 1, &wanted).await.unwrap();
+        assert_eq!(found.as_ref(), Some(&kept[kept.len() - 2]), "{damage}");
+        assert_eq!(store.digest().await.unwrap(), digest);
+    }
 }
 
 #[tokio::test]
@@ -330,11 +465,7 @@ async fn what_a_killed_process_left_in_the_log_is_read() {
     let store = database.ready().await;
     store.accept(&operator(), upload("u1", "0001"), day(0.0)).await.unwrap();
     drain(&store).await;
-    let left_behind = Database::new();
-    for suffix in ["", "-wal"] {
-        let name = |database: &Database| format!("{}{suffix}", database.path().display());
-        fs::copy(name(&database), name(&left_behind)).unwrap();
-    }
+    let left_behind = killed(&database);
     let reader = Store::open_read_only(&left_behind.url()).await.unwrap();
     assert_eq!(reader.digest().await.unwrap(), store.digest().await.unwrap());
     assert_eq!(reader.digest().await.unwrap().estimates, 1);
@@ -348,7 +479,7 @@ async fn what_cannot_be_read_as_it_is_is_refused_untouched() {
     assert!(!database.path().exists());
     let old = of_first_schema(&with_history().await).await;
     let refused = Store::open_read_only(&old.url()).await.err().unwrap();
-    assert!(matches!(refused, StoreError::OlderSchema { version: 1, own: 2 }), "{refused:?}");
+    assert!(matches!(refused, StoreError::OlderSchema { version: 1, own: 3 }), "{refused:?}");
     old.open().await.close().await;
     Store::open_read_only(&old.url()).await.unwrap();
 }

@@ -132,8 +132,21 @@ pub(super) async fn delete_outdated(
     Ok(())
 }
 
+/// Writes checkpoints; of each run of blocks the last one stays.
+pub(super) async fn keep(
+    connection: &mut SqliteConnection,
+    component: &Component,
+    pointer: LifePointer,
+    drafts: &[Draft],
+) -> Result<(), StoreError> {
+    for draft in drafts {
+        insert(connection, component, pointer, draft).await?;
+    }
+    if drafts.is_empty() { Ok(()) } else { thin_out(connection, component, pointer).await }
+}
+
 /// Writes the checkpoint of a block in the place of an earlier one.
-pub(super) async fn insert(
+async fn insert(
     connection: &mut SqliteConnection,
     component: &Component,
     pointer: LifePointer,
@@ -159,7 +172,7 @@ pub(super) async fn insert(
 }
 
 /// Keeps the last checkpoint of each run of blocks.
-pub(super) async fn thin_out(
+async fn thin_out(
     connection: &mut SqliteConnection,
     component: &Component,
     pointer: LifePointer,

@@ -108,10 +108,7 @@ impl Write for Complete {
         for (at, body) in &self.states {
             history::insert_state(connection, component, pointer, *at, body).await?;
         }
-        for checkpoint in &self.checkpoints {
-            checkpoints::insert(connection, component, pointer, checkpoint).await?;
-        }
-        checkpoints::thin_out(connection, component, pointer).await?;
+        checkpoints::keep(connection, component, pointer, &self.checkpoints).await?;
         self.serve(connection, pointer).await?;
         Ok(Completion::Done)
     }

@@ -3,12 +3,16 @@
 #[path = "../fixture/mod.rs"]
 mod fixture;
 
+mod checkpoints;
 mod correct;
+mod finished;
 mod history;
 mod ingest;
 mod installations;
 mod lists;
+mod maintenance;
 mod models;
 mod order;
+mod priors;
 mod queue;
 mod sensor_configurations;
