@@ -33,7 +33,9 @@ pub use block::{Block, Observation, OpenBlock, blocks};
 pub use boundary::{Boundary, Margin};
 pub use checkpoint::CheckpointError;
 pub use clipping::ClippedMean;
-pub use estimator::{Climatology, Estimator, Follower, Linear, PredictionSettings, Rbg, Ridge, RulEstimate, Thesis};
+pub use estimator::{
+    Climatology, Estimator, Follower, Law, Linear, Oracle, PredictionSettings, Rbg, Ridge, RulEstimate, Thesis,
+};
 pub use failure_time::{FinishedLife, fit_failure_time_error};
 pub use filter::Filter;
 pub use fit::{FitSettings, NoHistory, fit_prior, fit_prior_from};

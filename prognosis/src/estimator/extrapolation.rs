@@ -1,7 +1,7 @@
-//! Growth of every fault by itself, carried to the boundary.
+//! Linear growth, carried to the boundary.
 //!
-//! - What: draws of the end of life of x' = lambda x + b + noise, entry by entry.
-//! - Update rule: steps of second order in lambda dt, noise with the square root of time, one-sided
+//! - What: draws of the end of life of x' = A x + b + noise, each draw with a [`Growth`] of its own.
+//! - Update rule: steps of second order in A dt, noise with the square root of time, one-sided
 //!   faults reflected at nominal. The boundary is asked at every eighth step; a faulty answer starts a
 //!   bisection over the steps between, and the margin is interpolated linearly inside the step found.
 //! - Requirements: a path that is healthy at two such looks counts as healthy between them.
@@ -16,21 +16,46 @@ use crate::{
 };
 
 /// Length of a step, flight hours.
-const STEP_FH: f64 = 25.0;
+pub(super) const STEP_FH: f64 = 25.0;
 /// Steps between looks at the boundary.
 const STRIDE: usize = 8;
+/// A path is far from the boundary when its margin would last for so many strides.
+const FAR: f64 = 4.0;
 /// Columns of B: u = [1, load, temperature].
 const INPUTS: usize = 3;
 
-/// One draw of where a life stands and how it grows, per entry of the fault vector.
+/// How one draw grows, noise apart.
+pub(super) trait Growth {
+    /// The deviation one step of [`STEP_FH`] after `x`; steps are asked for one after the other.
+    fn step(&mut self, x: &[f64]) -> Vec<f64>;
+}
+
+/// One draw of where a life stands and how it grows.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Start {
+pub(super) struct Start<G> {
     /// Deviation from nominal.
     pub deviation: Vec<f64>,
+    /// From there on.
+    pub growth: G,
+}
+
+/// Every entry of the fault vector grows by itself: x' = lambda x + b.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Separate {
     /// lambda, 1/h.
     pub rate_per_h: Vec<f64>,
     /// b, 1/h.
     pub bias_per_h: Vec<f64>,
+}
+
+impl Growth for Separate {
+    fn step(&mut self, x: &[f64]) -> Vec<f64> {
+        let next = |entry: usize| {
+            let z = self.rate_per_h[entry] * STEP_FH;
+            x[entry] * (1.0 + z * (1.0 + 0.5 * z)) + self.bias_per_h[entry] * STEP_FH * (1.0 + 0.5 * z)
+        };
+        (0..x.len()).map(next).collect()
+    }
 }
 
 /// What paths have in common.
@@ -55,9 +80,9 @@ impl<'a> Extrapolation<'a> {
     }
 
     /// Draws of the remaining life at a time `lag_fh` after that of the starts.
-    pub fn ends_fh(
+    pub fn ends_fh<G: Growth>(
         &self,
-        start: impl Fn(&mut Stream) -> Start,
+        start: impl Fn(&mut Stream) -> Start<G>,
         lag_fh: f64,
         settings: &PredictionSettings,
         stream: &Stream,
@@ -72,36 +97,35 @@ impl<'a> Extrapolation<'a> {
     }
 
     /// First crossing of the boundary, hours from the start, unless it is after `until_fh`.
-    fn crossing_fh(&self, mut start: Start, until_fh: f64, stream: &mut Stream) -> Option<f64> {
-        self.reflect(&mut start.deviation);
-        let mut healthy = self.margin(&start.deviation);
+    fn crossing_fh<G: Growth>(&self, start: Start<G>, until_fh: f64, stream: &mut Stream) -> Option<f64> {
+        let Start { mut deviation, mut growth } = start;
+        self.reflect(&mut deviation);
+        let mut healthy = self.margin(&deviation);
         if healthy <= 0.0 {
             return Some(0.0);
         }
-        let mut t_fh = 0.0;
+        let (mut t_fh, mut stride) = (0.0, 1);
         while t_fh < until_fh {
-            let mut states = vec![start.deviation.clone()];
-            for step in 0..STRIDE {
-                states.push(self.step(&start, &states[step], stream));
+            let mut states = vec![deviation];
+            for step in 0..stride {
+                states.push(self.step(&mut growth, &states[step], stream));
             }
-            let faulty = self.margin(&states[STRIDE]);
-            if faulty <= 0.0 {
-                return Some(t_fh + self.refine(&states, healthy, faulty));
+            let next = self.margin(&states[stride]);
+            if next <= 0.0 {
+                return Some(t_fh + self.refine(&states, healthy, next));
             }
-            start.deviation = states.swap_remove(STRIDE);
-            (healthy, t_fh) = (faulty, t_fh + STRIDE as f64 * STEP_FH);
+            deviation = states.swap_remove(stride);
+            t_fh += stride as f64 * STEP_FH;
+            stride = if (next - healthy).abs() * STRIDE as f64 * FAR < next * stride as f64 { STRIDE } else { 1 };
+            healthy = next;
         }
         None
     }
 
-    fn step(&self, start: &Start, x: &[f64], stream: &mut Stream) -> Vec<f64> {
+    fn step(&self, growth: &mut impl Growth, x: &[f64], stream: &mut Stream) -> Vec<f64> {
         let noise = self.process_noise * STEP_FH.sqrt();
-        let next = |entry: usize| {
-            let z = start.rate_per_h[entry] * STEP_FH;
-            let grown = x[entry] * (1.0 + z * (1.0 + 0.5 * z));
-            grown + start.bias_per_h[entry] * STEP_FH * (1.0 + 0.5 * z) + noise * stream.normal()
-        };
-        let mut next: Vec<f64> = (0..x.len()).map(next).collect();
+        let mut next = growth.step(x);
+        next.iter_mut().for_each(|x| *x += noise * stream.normal());
         self.reflect(&mut next);
         next
     }

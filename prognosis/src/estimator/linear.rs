@@ -12,7 +12,7 @@ use domain::{FaultModel, Stream};
 
 use super::{
     Estimator, Follower, PredictionSettings, RulEstimate,
-    extrapolation::{Extrapolation, Start, propagation},
+    extrapolation::{Extrapolation, Separate, Start, propagation},
     recent::Recent,
 };
 use crate::{block::Observation, boundary::Boundary, posterior::Moments, prior::FleetPrior};
@@ -62,7 +62,8 @@ impl Follower for Life<'_> {
             let slopes: Vec<f64> = lines.iter().map(|line| normal(line.slope_per_h, stream)).collect();
             let values = lines.iter().zip(&slopes);
             let deviation = values.map(|(line, slope)| normal(line.value, stream) + slope * (now_fh - centre_fh));
-            Start { deviation: deviation.collect(), rate_per_h: vec![0.0; slopes.len()], bias_per_h: slopes }
+            let deviation = deviation.collect();
+            Start { deviation, growth: Separate { rate_per_h: vec![0.0; slopes.len()], bias_per_h: slopes } }
         };
         let growth: Vec<_> = lines.iter().map(|line| [Moments { mean: 0.0, sigma: 0.0 }, line.slope_per_h]).collect();
         RulEstimate {

@@ -7,6 +7,7 @@
 mod climatology;
 mod extrapolation;
 mod linear;
+mod oracle;
 mod rbg;
 mod recent;
 mod ridge;
@@ -18,6 +19,7 @@ use crate::block::Observation;
 
 pub use climatology::Climatology;
 pub use linear::Linear;
+pub use oracle::{Law, Oracle};
 pub use rbg::Rbg;
 pub use ridge::Ridge;
 pub use thesis::Thesis;

@@ -14,7 +14,7 @@ use domain::{FaultGroup, FaultModel, Stream};
 
 use super::{
     Estimator, Follower, PredictionSettings, RulEstimate,
-    extrapolation::{Extrapolation, Start, propagation},
+    extrapolation::{Extrapolation, Separate, Start, propagation},
 };
 use crate::{
     block::{Block, Observation, OpenBlock},
@@ -109,14 +109,15 @@ impl Follower for Life<'_> {
         let Ridge { model, prior, boundary } = *self.ridge;
         let factors: Vec<_> = self.entries.iter().map(Entry::factor).collect();
         let start = |stream: &mut Stream| {
-            let mut start = Start { deviation: Vec::new(), rate_per_h: Vec::new(), bias_per_h: Vec::new() };
+            let mut growth = Separate { rate_per_h: Vec::new(), bias_per_h: Vec::new() };
+            let mut deviation = Vec::new();
             for (entry, factor) in self.entries.iter().zip(&factors) {
                 let [rate, bias, wander] = entry.draw(factor, stream);
-                start.rate_per_h.push(rate);
-                start.bias_per_h.push(bias);
-                start.deviation.push(rate * entry.integral + bias * self.t_fh + wander);
+                growth.rate_per_h.push(rate);
+                growth.bias_per_h.push(bias);
+                deviation.push(rate * entry.integral + bias * self.t_fh + wander);
             }
-            start
+            Start { deviation, growth }
         };
         let moments = |entry: &Entry| {
             [0, 1].map(|i| Moments { mean: entry.mean[i], sigma: entry.covariance[i][i].max(0.0).sqrt() })
