@@ -7,6 +7,7 @@ mod exit;
 mod files;
 mod hindsight;
 mod progress;
+mod scorer;
 mod service;
 mod table;
 mod telemetry;

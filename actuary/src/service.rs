@@ -3,6 +3,7 @@
 use std::{
     net::{Ipv4Addr, SocketAddr},
     num::NonZeroUsize,
+    sync::Arc,
     thread::available_parallelism,
     time::Duration,
 };
@@ -12,7 +13,7 @@ use store::{Options, Store};
 use tokio::{net::TcpListener, task::JoinHandle};
 use tokio_util::sync::CancellationToken;
 
-use crate::{clock::Clock, default_model, exit::Failure};
+use crate::{clock::Clock, default_model, exit::Failure, scorer::IssuedScorer};
 
 /// How long an analysis may take before another worker takes over.
 const LEASE: Duration = Duration::from_secs(120);
@@ -63,6 +64,7 @@ impl Service {
             clock: settings.clock,
             stale_after: settings.stale_after,
             enrol: settings.enrol,
+            scorer: Arc::new(IssuedScorer),
             metrics,
         };
         let server = tokio::spawn(server::serve(listener, state, shutdown.clone().cancelled_owned()));

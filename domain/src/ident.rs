@@ -94,6 +94,11 @@ name!(
     UploadId, "upload_id", "1 to 64 characters of [A-Za-z0-9._:-]",
     |t| of_chars(t, 1, 64, |c| c.is_ascii_alphanumeric() || "._:-".contains(c))
 );
+name!(
+    /// A maintenance event's name, unique for ever within its operator.
+    EventId, "event_id", "1 to 64 characters of [A-Za-z0-9._:-]",
+    |t| of_chars(t, 1, 64, |c| c.is_ascii_alphanumeric() || "._:-".contains(c))
+);
 
 impl Default for OperatorId {
     /// The operator of every caller as long as there are no tokens.

@@ -2,10 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Component, OperatorId, PartNumber, Position, SerialNumber, TailNumber, Timestamp, UploadId};
-
-/// The name of an event: of the same form as that of an upload.
-pub type EventId = UploadId;
+use crate::{Component, EventId, OperatorId, PartNumber, Position, SerialNumber, TailNumber, Timestamp};
 
 /// One event, as reported.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -5,11 +5,13 @@ mod due;
 mod explanation;
 mod health;
 mod load;
+mod maintenance;
 mod model;
 mod page;
 mod parse;
 mod problem;
 mod rul;
+mod scoreboard;
 mod sensor_configuration;
 mod tail;
 mod upload;
@@ -19,6 +21,7 @@ pub use due::{DueBody, DueItem, DueTotals, LatestSafe};
 pub use explanation::{Doubt, DoubtKind, Driver, ExplanationBody, Growth, GrowthChange, Movement, Surprise};
 pub use health::{FaultEstimate, HealthItem, Outcome, StateItem};
 pub use load::{LoadBody, LoadSource};
+pub use maintenance::{EventItem, FindingOutcome, MaintenanceAck, MaintenanceBody, MaintenanceKind, MaintenanceStatus};
 pub use model::{MaskBody, ModelItem};
 pub use page::Page;
 pub use parse::{BodyError, parse};
@@ -27,6 +30,7 @@ pub use rul::{
     AsOfBody, EndOfLife, FailureProbability, Fault, FaultsByName, MonteCarlo, PropagationBody, RulBody, RulQuantiles,
     Status,
 };
+pub use scoreboard::ScoreboardBody;
 pub use sensor_configuration::{
     SensorConfigurationAck, SensorConfigurationBody, SensorConfigurationItem, SensorConfigurationStatus,
     example as example_sensor_configuration,

@@ -30,6 +30,7 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         life: installed.overhaul_index,
         as_of: prognosis.map(|prognosis| AsOfBody::from(&prognosis.as_of)),
         status: status(state, installed),
+        found_failed_fh: installed.found_failed_fh,
         missing: missing(installed),
         rul_fh: distribution.map(RulQuantiles::from),
         censored_fraction: distribution.map(RulDistribution::censored_fraction),
@@ -59,6 +60,9 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
 
 /// How to read the prognosis of a component now.
 pub fn status(state: &State, installed: &Installed) -> Status {
+    if installed.found_failed_fh.is_some() {
+        return Status::Failed;
+    }
     let stale_after_h = state.stale_after.as_secs_f64() / 3600.0;
     let judged = installed.prognosis.as_ref().map(|prognosis| prognosis.status((state.clock)(), stale_after_h));
     judged.unwrap_or(domain::Status::InsufficientHistory).into()

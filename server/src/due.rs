@@ -207,11 +207,11 @@ fn item(installed: &Installed, status: Status, forecast: Option<&Forecast>) -> D
     }
 }
 
-/// Why the state of a component is unknown; `None` when it is known.
+/// Why the state of a component is unknown, or how its failure is known; `None` when its forecast says it.
 fn why_unknown(state: &State, installed: &Installed, status: Status, threshold: Threshold) -> Option<String> {
     let prognosis = installed.prognosis.as_ref();
     match status {
-        Status::Failed => None,
+        Status::Failed => installed.found_failed_fh.map(|hours| format!("found failed at {hours} fh")),
         Status::InsufficientHistory => answer::missing(installed),
         Status::Stale => prognosis.map(|prognosis| {
             let days = ((state.clock)().hours_since(prognosis.as_of.recorded_at) / 24.0).floor();

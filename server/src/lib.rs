@@ -22,6 +22,7 @@ mod parameters;
 mod prometheus;
 mod refusal;
 mod rest;
+mod scoreboard;
 mod serve;
 
 use std::{sync::Arc, time::Duration};
@@ -30,6 +31,7 @@ use domain::Timestamp;
 use store::Store;
 
 pub use prometheus::{Metrics, NoRecorder};
+pub use scoreboard::Scorer;
 pub use serve::serve;
 
 /// Tells the present.
@@ -46,6 +48,8 @@ pub struct State {
     pub stale_after: Duration,
     /// Whether an upload enrols a tail, position or component that is not known yet.
     pub enrol: bool,
+    /// Judges the forecasts of lives that have finished.
+    pub scorer: Arc<dyn Scorer>,
     /// What is told on `/metrics`.
     pub metrics: Metrics,
 }

@@ -7,6 +7,7 @@ mod docs;
 mod due;
 mod fleet;
 mod reasons;
+mod scoreboard;
 mod words;
 
 use askama::Template;
@@ -32,6 +33,7 @@ pub fn router() -> Router<Shared> {
         .route("/", get(fleet::get))
         .route("/tails/{tail}/positions/{position}", get(component::get))
         .route("/due", get(due::get))
+        .route("/scoreboard", get(scoreboard::get))
         .route("/docs", get(docs::enter))
         .route("/docs/", get(docs::index))
         .route("/docs/{file}", get(docs::get))

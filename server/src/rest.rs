@@ -4,9 +4,11 @@ mod body;
 mod components;
 mod due;
 mod health;
+mod maintenance;
 mod models;
 mod probes;
 mod problems;
+mod scoreboard;
 mod sensor_configurations;
 mod tails;
 mod upload_status;
@@ -48,6 +50,9 @@ pub fn router() -> OpenApiRouter<Shared> {
         .routes(routes!(tails::rul))
         .routes(routes!(health::get))
         .routes(routes!(due::get))
+        .routes(routes!(scoreboard::get))
+        .routes(routes!(maintenance::post))
+        .routes(routes!(maintenance::void))
         .routes(routes!(sensor_configurations::list, sensor_configurations::post))
         .routes(routes!(components::get))
         .routes(routes!(health::of_component))

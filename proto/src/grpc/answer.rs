@@ -49,6 +49,7 @@ impl From<json::RulBody> for v1::Rul {
             load: body.load.map(Into::into),
             explanation: body.explanation.map(Into::into),
             doubts: each(body.doubts.unwrap_or_default()),
+            found_failed_fh: body.found_failed_fh,
         }
     }
 }

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::AsOfBody;
+use super::{AsOfBody, EventItem};
 
-/// A component: where it was installed, and its lives.
+/// A component: where it was installed, its lives, and what maintenance found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ComponentBody {
     /// Part number.
@@ -21,6 +21,9 @@ pub struct ComponentBody {
     pub installations: Vec<InstallationItem>,
     /// Its lives, the oldest first; the last one is the present one.
     pub lives: Vec<LifeItem>,
+    /// What maintenance reported of it, in the order of (flight_hours, occurred_at, event_id), voided
+    /// events included.
+    pub events: Vec<EventItem>,
 }
 
 /// A half-open period for which a component was installed at a position, as far as uploads tell it.
@@ -61,4 +64,8 @@ pub struct LifeItem {
     /// Its last upload that counts.
     #[schema(required)]
     pub last: Option<AsOfBody>,
+    /// The component's hours since new at which it was found failed, which ended the life; null while it
+    /// goes on.
+    #[schema(required, example = json!(null))]
+    pub found_failed_fh: Option<f64>,
 }

@@ -84,7 +84,7 @@ pub struct DueItem {
     /// Reasons not to trust the forecast; null when there is none.
     #[schema(required)]
     pub doubts: Option<Vec<Doubt>>,
-    /// Why the component's state is unknown; null when it is known.
+    /// Why the component's state is unknown, or at which hours it was found failed; null otherwise.
     #[schema(required, example = json!(null))]
     pub reason: Option<String>,
 }

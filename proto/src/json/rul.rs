@@ -13,7 +13,7 @@ use super::{Doubt, ExplanationBody, LoadBody};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The assessment says faulty already, more likely than not.
+    /// Found failed on the ground, or the assessment says faulty already, more likely than not.
     Failed,
     /// No closed block of observations yet: unknown.
     InsufficientHistory,
@@ -77,6 +77,9 @@ pub struct RulBody {
     pub as_of: Option<AsOfBody>,
     /// How to read the answer now.
     pub status: Status,
+    /// The component's hours since new at which maintenance found it failed; null while it did not.
+    #[schema(required, example = json!(null))]
+    pub found_failed_fh: Option<f64>,
     /// What a forecast still needs; null when there is one.
     #[schema(required, example = json!(null))]
     pub missing: Option<String>,

@@ -23,6 +23,8 @@ struct ComponentPage {
     badge: Badge,
     as_of: String,
     load: Option<String>,
+    /// The hours at which it was found failed.
+    found_failed: Option<String>,
     warnings: Vec<Warning>,
     reasons: Option<Reasons>,
     /// Name of a quantile, its remaining life.
@@ -51,6 +53,7 @@ pub async fn get(Extract(shared): Extract<Shared>, Named(place): Named<Place>) -
         badge: Badge::of(&body),
         as_of: as_of(&body),
         load: body.load.as_ref().map(load),
+        found_failed: body.found_failed_fh.map(grouped),
         warnings: Warning::all(&body),
         reasons: Reasons::of(&body),
         quantiles: quantiles(&body),

@@ -3,12 +3,12 @@
 use axum::{Json, extract::State as Extract};
 use domain::Component;
 use proto::json::{AsOfBody, ComponentBody, InstallationItem, LifeItem};
-use store::{ComponentRecord, Installation, LifeCursor, LifeRecord};
+use store::{ComponentRecord, EventRecord, Installation, LifeCursor, LifeRecord};
 
-use super::{Unit, problems::Lookup};
+use super::{Unit, maintenance, problems::Lookup};
 use crate::{app::Shared, parameters::Named, refusal::Refusal};
 
-/// A component: where it was installed, and its lives.
+/// A component: where it was installed, its lives, and what maintenance found.
 #[utoipa::path(
     get, path = "/v1/components/{part}/{serial}", tag = "components", operation_id = "getComponent",
     params(
@@ -22,16 +22,18 @@ pub async fn get(Extract(shared): Extract<Shared>, Named(unit): Named<Unit>) -> 
     let Component { part_number, serial_number, .. } = &component;
     let unknown = || Refusal::NotFound(format!("component {part_number} {serial_number} is not known"));
     let record = shared.state.store.component(&component).await?.ok_or_else(unknown)?;
-    Ok(Json(body(component, record)))
+    let events = shared.state.store.events(&component).await?;
+    Ok(Json(body(component, record, events)))
 }
 
-fn body(component: Component, record: ComponentRecord) -> ComponentBody {
+fn body(component: Component, record: ComponentRecord, events: Vec<EventRecord>) -> ComponentBody {
     ComponentBody {
         part_number: component.part_number.into(),
         serial_number: component.serial_number.into(),
         enrolled_at: record.enrolled_at.into(),
         installations: record.installations.into_iter().map(installation).collect(),
         lives: record.lives.into_iter().map(life).collect(),
+        events: events.into_iter().map(maintenance::item).collect(),
     }
 }
 
@@ -48,6 +50,7 @@ fn life(life: LifeRecord) -> LifeItem {
         prior: life.generation.prior.into(),
         first: life.first.map(as_of),
         last: life.last.map(as_of),
+        found_failed_fh: life.found_failed_fh,
     }
 }
 

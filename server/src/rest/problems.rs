@@ -22,6 +22,8 @@ pub struct Listing;
 pub struct Uploading;
 /// Of a route that takes a dated version.
 pub struct Dating;
+/// Of a route that takes a maintenance event.
+pub struct Reporting;
 /// Of a route that changes what became of something.
 pub struct Action;
 /// Of a route that needs the database and nothing else.
@@ -64,6 +66,22 @@ impl IntoResponses for Dating {
             too_large(),
             other_type(),
             Refusal::Invalid(Invalid::one("#/configuration/gain_noise", "7 is outside 0 to 1")),
+            unavailable(),
+            Refusal::Internal,
+        ])
+    }
+}
+
+impl IntoResponses for Reporting {
+    fn responses() -> Responses {
+        documented([
+            malformed("#/flight_hours"),
+            Refusal::NotFound("component EMA-500 SN-0001 is not known".to_owned()),
+            Refusal::Interrupted,
+            Refusal::Contradiction("event WO-2026-0815 was stored before with other content".to_owned()),
+            too_large(),
+            other_type(),
+            Refusal::Invalid(Invalid::one("#/outcome", "missing: a finding is \"failed\" or \"serviceable\"")),
             unavailable(),
             Refusal::Internal,
         ])

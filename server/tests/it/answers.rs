@@ -9,7 +9,7 @@ use crate::house::{House, doubtful, explanation, forecast};
 
 const RUL: &str = "/v1/tails/EC-MXA/positions/AIL-L/rul";
 const HEALTH: &str = "/v1/tails/EC-MXA/positions/AIL-L/health";
-const FIELDS: [&str; 28] = [
+const FIELDS: [&str; 29] = [
     "tail",
     "position",
     "part_number",
@@ -17,6 +17,7 @@ const FIELDS: [&str; 28] = [
     "life",
     "as_of",
     "status",
+    "found_failed_fh",
     "missing",
     "rul_fh",
     "censored_fraction",

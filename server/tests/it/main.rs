@@ -8,6 +8,7 @@ mod due;
 mod figures;
 mod house;
 mod interface;
+mod maintenance;
 mod pages;
 mod stop;
 mod stream;

@@ -1,0 +1,200 @@
+//! What was done to components on the ground, as reported and as served.
+
+use domain::{EventId, EventKind, Finding, Invalid, MaintenanceEvent, Position, TailNumber, Timestamp};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// Longest note, characters.
+const MAX_NOTE: usize = 2000;
+/// Most flight hours of a component.
+const MAX_HOURS: f64 = 1e6;
+/// How far ahead of the clock an event may lie, hours: clocks differ, and so do time zones.
+const MAX_AHEAD_H: f64 = 24.0;
+
+/// A maintenance event. Unknown fields are refused.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaintenanceBody {
+    /// The event's name, unique for ever within its operator.
+    #[schema(example = "WO-2026-0815", pattern = "^[A-Za-z0-9._:-]{1,64}$")]
+    pub event_id: String,
+    /// What happened; only findings are taken by this version.
+    pub kind: MaintenanceKind,
+    /// What a finding found: required for one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outcome: Option<FindingOutcome>,
+    /// The component's part number, 1-32 printable characters.
+    #[schema(example = "EMA-500")]
+    pub part_number: String,
+    /// Its serial number, 1-32 printable characters.
+    #[schema(example = "SN-0001")]
+    pub serial_number: String,
+    /// When, RFC 3339 with an offset; at most a day ahead.
+    #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
+    pub occurred_at: String,
+    /// The component's hours since new.
+    #[schema(minimum = 0, example = 5234.5)]
+    pub flight_hours: f64,
+    /// What the mechanic wrote, at most 2000 characters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = "winding resistance out of limits", max_length = 2000)]
+    pub note: Option<String>,
+}
+
+/// What happened to a component.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MaintenanceKind {
+    /// It was installed: not taken by this version.
+    Install,
+    /// It was removed: not taken by this version.
+    Remove,
+    /// It was overhauled: not taken by this version.
+    Overhaul,
+    /// It was inspected or tested.
+    Finding,
+}
+
+/// What an inspection found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FindingOutcome {
+    /// The component no longer meets its requirements: this ends its life, and forecasts are judged by it.
+    Failed,
+    /// It meets them.
+    Serviceable,
+}
+
+/// What became of a reported event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MaintenanceStatus {
+    /// Stored, durable (201).
+    Recorded,
+    /// Stored before, with the same content (200).
+    Duplicate,
+}
+
+/// The answer to a reported event.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MaintenanceAck {
+    /// The event's name.
+    #[schema(example = "WO-2026-0815")]
+    pub event_id: String,
+    /// What became of it.
+    pub status: MaintenanceStatus,
+}
+
+/// A stored event.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct EventItem {
+    /// Its name.
+    #[schema(example = "WO-2026-0815")]
+    pub event_id: String,
+    /// The aircraft.
+    #[schema(example = "EC-MXA")]
+    pub tail: String,
+    /// The position on it.
+    #[schema(example = "AIL-L")]
+    pub position: String,
+    /// What happened.
+    pub kind: MaintenanceKind,
+    /// What a finding found.
+    #[schema(required)]
+    pub outcome: Option<FindingOutcome>,
+    /// When.
+    #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
+    pub occurred_at: String,
+    /// The component's hours since new.
+    #[schema(example = 5234.5)]
+    pub flight_hours: f64,
+    /// What the mechanic wrote.
+    #[schema(required, example = "winding resistance out of limits")]
+    pub note: Option<String>,
+    /// When it was stored.
+    #[schema(format = "date-time", example = "2026-03-01T14:02:11Z")]
+    pub received_at: String,
+    /// When it was taken back; null for an event that counts.
+    #[schema(required, format = "date-time", example = json!(null))]
+    pub voided_at: Option<String>,
+}
+
+impl MaintenanceBody {
+    /// The noun, or everything that is wrong with it. `now` is the present.
+    pub fn into_event(self, tail: TailNumber, position: Position, now: Timestamp) -> Result<MaintenanceEvent, Invalid> {
+        let mut invalid = Invalid::default();
+        let event_id = invalid.check("#/event_id", self.event_id.parse::<EventId>());
+        let kind = self.kind(&mut invalid);
+        let part_number = invalid.check("#/part_number", self.part_number.parse());
+        let serial_number = invalid.check("#/serial_number", self.serial_number.parse());
+        let occurred_at = invalid.check("#/occurred_at", self.occurred_at.parse::<Timestamp>());
+        if occurred_at.is_some_and(|at| at.hours_since(now) > MAX_AHEAD_H) {
+            invalid.push("#/occurred_at", format!("{} is more than a day after now, {now}", self.occurred_at));
+        }
+        if !(0.0..=MAX_HOURS).contains(&self.flight_hours) {
+            invalid.push("#/flight_hours", format!("{} is outside 0 to {MAX_HOURS} h", self.flight_hours));
+        }
+        let length = self.note.as_ref().map_or(0, |note| note.chars().count());
+        if length > MAX_NOTE {
+            invalid.push("#/note", format!("its {length} characters are more than {MAX_NOTE}"));
+        }
+        let event = (|| {
+            Some(MaintenanceEvent {
+                event_id: event_id?,
+                tail,
+                position,
+                part_number: part_number?,
+                serial_number: serial_number?,
+                kind: kind?,
+                occurred_at: occurred_at?,
+                flight_hours: self.flight_hours,
+                note: self.note,
+            })
+        })();
+        invalid.into_result(event)
+    }
+
+    fn kind(&self, invalid: &mut Invalid) -> Option<EventKind> {
+        match (self.kind, self.outcome) {
+            (MaintenanceKind::Finding, Some(outcome)) => return Some(EventKind::Finding(outcome.into())),
+            (MaintenanceKind::Finding, None) => {
+                invalid.push("#/outcome", "missing: a finding is \"failed\" or \"serviceable\"");
+            }
+            (MaintenanceKind::Install | MaintenanceKind::Remove | MaintenanceKind::Overhaul, _) => {
+                invalid.push("#/kind", "this version records findings only: installations follow from uploads");
+            }
+        }
+        None
+    }
+}
+
+impl From<FindingOutcome> for Finding {
+    fn from(outcome: FindingOutcome) -> Self {
+        match outcome {
+            FindingOutcome::Failed => Self::Failed,
+            FindingOutcome::Serviceable => Self::Serviceable,
+        }
+    }
+}
+
+impl EventItem {
+    /// An event as stored.
+    pub fn new(event: MaintenanceEvent, received_at: Timestamp, voided_at: Option<Timestamp>) -> Self {
+        let (kind, outcome) = match event.kind {
+            EventKind::Finding(Finding::Failed) => (MaintenanceKind::Finding, Some(FindingOutcome::Failed)),
+            EventKind::Finding(Finding::Serviceable) => (MaintenanceKind::Finding, Some(FindingOutcome::Serviceable)),
+        };
+        Self {
+            event_id: event.event_id.into(),
+            tail: event.tail.into(),
+            position: event.position.into(),
+            kind,
+            outcome,
+            occurred_at: event.occurred_at.into(),
+            flight_hours: event.flight_hours,
+            note: event.note,
+            received_at: received_at.into(),
+            voided_at: voided_at.map(String::from),
+        }
+    }
+}

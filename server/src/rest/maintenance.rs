@@ -1,0 +1,111 @@
+//! What maintenance found out about components, and what it takes back.
+
+use axum::{
+    Json,
+    extract::{Request, State as Extract},
+    http::StatusCode,
+    response::{IntoResponse, Response},
+};
+use domain::{EventId, MaintenanceEvent, OperatorId, Position, TailNumber};
+use proto::json::{self, EventItem, MaintenanceAck, MaintenanceBody, MaintenanceStatus};
+use serde::Deserialize;
+use store::{EventReceipt, EventRecord};
+
+use super::{
+    Place,
+    body::{JSON, media_type, read},
+    problems::{Lookup, Reporting},
+};
+use crate::{State, app::Shared, parameters::Named, refusal::Refusal};
+
+/// An event at a position in a path.
+#[derive(Deserialize)]
+pub struct One {
+    tail: TailNumber,
+    position: Position,
+    event_id: EventId,
+}
+
+/// Report what an inspection found out about a component.
+///
+/// A component that was found `failed` has the status `failed` from then on, whatever its forecast says;
+/// its life is finished, and what was forecast of it is judged by the flight hours of the finding. The
+/// component is the one that is named, wherever it was; it must have sent an upload before. Sending the
+/// same event again is harmless.
+#[utoipa::path(
+    post, path = "/v1/tails/{tail}/positions/{position}/maintenance", tag = "maintenance",
+    operation_id = "postMaintenance",
+    params(
+        ("tail" = String, Path, description = "The aircraft", example = "EC-MXA"),
+        ("position" = String, Path, description = "The position on it", example = "AIL-L"),
+    ),
+    request_body = MaintenanceBody,
+    responses(
+        (status = 201, description = "Stored, durable", body = MaintenanceAck),
+        (status = 200, description = "Stored before, with the same content", body = MaintenanceAck),
+        Reporting,
+    )
+)]
+pub async fn post(
+    Extract(shared): Extract<Shared>,
+    Named(Place { tail, position }): Named<Place>,
+    request: Request,
+) -> Result<Response, Refusal> {
+    let (parts, body) = request.into_parts();
+    media_type(&parts.headers, &[JSON], JSON)?;
+    let body: MaintenanceBody = json::parse(&read(&parts.headers, body).await?)?;
+    let now = (shared.state.clock)();
+    let event = body.into_event(tail, position, now)?;
+    let (code, status) = match shared.state.store.record_event(&OperatorId::default(), &event, now).await? {
+        EventReceipt::Recorded => (StatusCode::CREATED, MaintenanceStatus::Recorded),
+        EventReceipt::Duplicate => (StatusCode::OK, MaintenanceStatus::Duplicate),
+        EventReceipt::Conflict => return Err(conflict(&event)),
+        EventReceipt::UnknownComponent => {
+            let MaintenanceEvent { part_number, serial_number, .. } = event;
+            return Err(Refusal::NotFound(format!("component {part_number} {serial_number} is not known")));
+        }
+    };
+    Ok((code, Json(MaintenanceAck { event_id: event.event_id.into(), status })).into_response())
+}
+
+fn conflict(event: &MaintenanceEvent) -> Refusal {
+    Refusal::Contradiction(format!(
+        "event {} was stored before with other content; nothing was changed: give other content another event_id",
+        event.event_id
+    ))
+}
+
+/// Take an event back: it and its name are kept, but it counts no longer.
+///
+/// A life that it ended goes on. Voiding again changes nothing.
+#[utoipa::path(
+    post, path = "/v1/tails/{tail}/positions/{position}/maintenance/{event_id}/void", tag = "maintenance",
+    operation_id = "voidMaintenance",
+    params(
+        ("tail" = String, Path, description = "The aircraft", example = "EC-MXA"),
+        ("position" = String, Path, description = "The position on it", example = "AIL-L"),
+        ("event_id" = String, Path, description = "The event's name", example = "WO-2026-0815"),
+    ),
+    responses((status = 200, description = "It is voided", body = EventItem), Lookup)
+)]
+pub async fn void(Extract(shared): Extract<Shared>, Named(one): Named<One>) -> Result<Json<EventItem>, Refusal> {
+    let (state, operator) = (&shared.state, OperatorId::default());
+    find(state, &one).await?;
+    state.store.void_event(&operator, &one.event_id, (state.clock)()).await?;
+    Ok(Json(item(find(state, &one).await?)))
+}
+
+/// The event, if it was reported at this position.
+async fn find(state: &State, one: &One) -> Result<EventRecord, Refusal> {
+    let found = state.store.event(&OperatorId::default(), &one.event_id).await?;
+    let here = found.filter(|record| record.event.tail == one.tail && record.event.position == one.position);
+    here.ok_or_else(|| {
+        let One { tail, position, event_id } = one;
+        Refusal::NotFound(format!("event {event_id} is not known at position {position} of tail {tail}"))
+    })
+}
+
+/// A stored event as it is served.
+pub fn item(record: EventRecord) -> EventItem {
+    EventItem::new(record.event, record.received_at, record.voided_at)
+}

@@ -1,0 +1,48 @@
+//! How good the forecasts of this service were, by the lives that have finished.
+
+use domain::{ADVISORY, OperatorId, Scoreboard};
+use proto::json::ScoreboardBody;
+use store::IssuedLife;
+
+use crate::{State, refusal::Refusal};
+
+/// Of each life, one forecast in every stretch of so many flight hours is judged.
+const EVERY_FH: f64 = 200.0;
+/// Most lives that are judged, those that failed last.
+const MAX_LIVES: u32 = 500;
+
+/// Judges issued forecasts: the numerics that this shell does not have.
+pub trait Scorer: Send + Sync {
+    /// The metrics of the forecasts of finished lives, at least one; those at or after the failure of
+    /// their life are left out.
+    fn score(&self, lives: &[IssuedLife]) -> Scoreboard;
+}
+
+/// The scoreboard of the operator that acts.
+pub async fn read(state: &State) -> Result<ScoreboardBody, Refusal> {
+    let operator = OperatorId::default();
+    let lives = state.store.issued_on_finished_lives(&operator, EVERY_FH, MAX_LIVES).await?;
+    let count = lives.len();
+    let scoreboard = match count {
+        0 => None,
+        _ => Some(score(state, lives).await?),
+    };
+    Ok(ScoreboardBody {
+        operator: operator.into(),
+        lives: count,
+        predictions: scoreboard.as_ref().map_or(0, |scoreboard| scoreboard.predictions),
+        every_fh: EVERY_FH,
+        scoreboard,
+        advisory: ADVISORY.to_owned(),
+    })
+}
+
+/// Scoring may take long, so it is kept from the threads that serve.
+async fn score(state: &State, lives: Vec<IssuedLife>) -> Result<Scoreboard, Refusal> {
+    let scorer = state.scorer.clone();
+    let scored = tokio::task::spawn_blocking(move || scorer.score(&lives)).await;
+    scored.map_err(|error| {
+        tracing::error!(%error, "forecasts cannot be judged");
+        Refusal::Internal
+    })
+}
