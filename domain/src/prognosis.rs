@@ -87,6 +87,12 @@ pub struct Forecast {
     pub propagation: Propagation,
     /// Remaining useful life.
     pub rul: RulDistribution,
+    /// Monte-Carlo standard error of its 10 % quantile, flight hours; `None` where that is censored.
+    #[serde(default)]
+    pub p10_error_fh: Option<f64>,
+    /// The same of the median.
+    #[serde(default)]
+    pub median_error_fh: Option<f64>,
     /// P(the assessment already says faulty).
     pub probability_failed: f64,
     /// Seed of the draws.

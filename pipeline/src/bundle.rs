@@ -1,6 +1,6 @@
 //! The bundle: one immutable, content-hashed file with everything that judges a life.
 
-use std::{borrow::Cow, collections::HashMap};
+use std::{borrow::Cow, collections::HashMap, sync::Arc};
 
 use airframe::load_estimator::LoadEstimator;
 use diagnosis::Diagnoser;
@@ -110,7 +110,7 @@ impl Bundle {
 pub struct Model {
     pub(crate) bundle: Bundle,
     pub(crate) hash: ContentHash,
-    pub(crate) prior: Prior,
+    pub(crate) prior: Arc<Prior>,
     /// By the bundle's own sensor configuration.
     pub(crate) load_estimator: Option<LoadEstimator>,
     factors: HashMap<ContentHash, Factors>,
@@ -141,7 +141,7 @@ impl Model {
         }
         let mut model = Self {
             hash: ContentHash::of(bytes),
-            prior: Prior::new(bundle.prior.clone()),
+            prior: Arc::new(Prior::new(bundle.prior.clone())),
             load_estimator: bundle.loads.as_ref().map(|loads| loads.estimator(None)).transpose()?,
             bundle,
             factors: HashMap::new(),

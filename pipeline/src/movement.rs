@@ -5,8 +5,14 @@
 //! error cancels; the rest is told by the scatter over batches of draws.
 //! Requirements: two posteriors of one life.
 
-use domain::explanation::Movement;
-use prognosis::{block::Block, posterior::Posterior};
+use domain::{
+    FaultModel, RulDistribution,
+    explanation::{Movement, Surprise},
+};
+use prognosis::{
+    forecast::Draws,
+    posterior::{Moments, Posterior},
+};
 
 use crate::{
     Course, LifeContext, Model,
@@ -17,39 +23,66 @@ use crate::{
 const DRAWS: usize = 200;
 const BATCHES: usize = 8;
 
-/// From the block before to this one: each with the posterior at its end.
-pub fn movement(
-    model: &Model,
-    context: &LifeContext,
-    course: &Course,
-    [before, now]: [(&Posterior, &Block); 2],
-) -> Movement {
-    let last_of = |block: &Block| course.inside(block).last().expect("a closed block has observations");
-    let (earlier, latest) = (last_of(before.1), last_of(now.1));
-    let before_fh = model.draw(context, before.0, earlier, latest, DRAWS).ends_fh;
-    let now_fh = model.draw(context, now.0, latest, latest, DRAWS).ends_fh;
-    let passed_fh = latest.flight_hours - earlier.flight_hours;
-    let moved_fh = moved(&before_fh, &now_fh, passed_fh);
-    Movement {
-        since: as_of(earlier),
-        passed_fh,
-        median_before_fh: median(&before_fh),
-        moved_fh,
-        standard_error_fh: moved_fh.and_then(|_| standard_error(&before_fh, &now_fh)),
-        surprises: Vec::new(),
+/// From one closed block to the next.
+pub(crate) struct Step<'a> {
+    /// Of the life.
+    pub course: &'a Course,
+    /// Which block is the next.
+    pub index: usize,
+    /// What was known before it.
+    pub before: &'a Posterior,
+    /// What that led one to expect of its entries.
+    pub expected: &'a [Moments],
+    /// What is known after it.
+    pub after: &'a Posterior,
+}
+
+impl Step<'_> {
+    /// What it did to the forecast.
+    pub fn movement(&self, model: &Model, context: &LifeContext) -> Movement {
+        let last_of =
+            |index: usize| self.course.inside(&self.course.blocks[index]).last().expect("blocks are not empty");
+        let (earlier, latest) = (last_of(self.index - 1), last_of(self.index));
+        let before_fh = model.draw(context, self.before, earlier, latest, Draws::fixed(DRAWS)).ends_fh;
+        let after_fh = model.draw(context, self.after, latest, latest, Draws::fixed(DRAWS)).ends_fh;
+        let passed_fh = latest.flight_hours - earlier.flight_hours;
+        let moved_fh = moved(&before_fh, &after_fh, passed_fh);
+        Movement {
+            since: as_of(earlier),
+            passed_fh,
+            median_before_fh: median(&before_fh),
+            moved_fh,
+            standard_error_fh: moved_fh.and_then(|_| standard_error(&before_fh, &after_fh)),
+            surprises: self.surprises(&model.bundle.faults),
+        }
+    }
+
+    /// What the block showed against what was expected of it, the most surprising fault first.
+    fn surprises(&self, faults: &FaultModel) -> Vec<Surprise> {
+        let seen = faults.names.iter().zip(&self.course.blocks[self.index].mean).zip(self.expected);
+        let mut surprises: Vec<Surprise> = seen
+            .map(|((fault, &seen), expected)| Surprise {
+                fault: fault.clone(),
+                expected: expected.mean,
+                seen,
+                z: (seen - expected.mean) / expected.sigma,
+            })
+            .collect();
+        surprises.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
+        surprises
     }
 }
 
 /// Change of the median failure time, flight hours; `None` where one is beyond the horizon.
-fn moved(before_fh: &[Option<f64>], now_fh: &[Option<f64>], passed_fh: f64) -> Option<f64> {
-    Some(median(now_fh)? + passed_fh - median(before_fh)?)
+fn moved(before_fh: &[Option<f64>], after_fh: &[Option<f64>], passed_fh: f64) -> Option<f64> {
+    Some(median(after_fh)? + passed_fh - median(before_fh)?)
 }
 
 /// Of the change, from that within each batch; `None` where a batch has none.
-fn standard_error(before_fh: &[Option<f64>], now_fh: &[Option<f64>]) -> Option<f64> {
+fn standard_error(before_fh: &[Option<f64>], after_fh: &[Option<f64>]) -> Option<f64> {
     let size = DRAWS / BATCHES;
-    let batches = before_fh.chunks_exact(size).zip(now_fh.chunks_exact(size));
-    let moves: Vec<f64> = batches.map(|(before, now)| moved(before, now, 0.0)).collect::<Option<_>>()?;
+    let batches = before_fh.chunks_exact(size).zip(after_fh.chunks_exact(size));
+    let moves: Vec<f64> = batches.map(|(before, after)| moved(before, after, 0.0)).collect::<Option<_>>()?;
     let n = moves.len() as f64;
     let mean = moves.iter().sum::<f64>() / n;
     let variance = moves.iter().map(|moved| (moved - mean) * (moved - mean)).sum::<f64>() / (n - 1.0);
@@ -58,5 +91,5 @@ fn standard_error(before_fh: &[Option<f64>], now_fh: &[Option<f64>]) -> Option<f
 
 /// The median, censored draws beyond all others; `None` when it is one.
 fn median(ends_fh: &[Option<f64>]) -> Option<f64> {
-    domain::RulDistribution::from_draws(ends_fh, HORIZON_FH).quantile_fh(0.5)
+    RulDistribution::from_draws(ends_fh, HORIZON_FH).quantile_fh(0.5)
 }

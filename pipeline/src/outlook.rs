@@ -6,9 +6,9 @@
 //! spares the way up to it and changes no result.
 
 use domain::{
-    AsOf, ContentHash, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, Life, NUMERICS_VERSION, Prognosis,
-    RulDistribution, SetAside, State, Stream,
-    explanation::Movement,
+    AsOf, ContentHash, Doubt, DoubtKind, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, Life,
+    NUMERICS_VERSION, Prognosis, RulDistribution, SetAside, State, Stream,
+    explanation::{Driver, Movement},
     prognosis::{Forecast, InsufficientHistory},
     state::{BLOCK_FH, MIN_OBSERVATIONS},
 };
@@ -18,18 +18,18 @@ use prognosis::{
     posterior::Posterior,
 };
 
-use crate::{Course, Model, Prior, movement};
+use crate::{Course, Model, Prior, movement::Step};
 
-/// Draws of an issued prognosis.
-const ISSUED_DRAWS: usize = 1000;
 /// Draws of a state's quantiles: they make the history chart, nobody acts on them.
-const STATE_DRAWS: usize = 200;
+const STATE_DRAWS: Draws = Draws::fixed(200);
 /// Ends of life beyond are censored, flight hours.
 pub(crate) const HORIZON_FH: f64 = 10_000.0;
 /// Seed of every draw; the natural key tells lives and uploads apart.
 const SEED: u64 = 1;
 /// Every so many blocks of a life its filter is worth keeping for good.
 const CHECKPOINT_BLOCKS: usize = 25;
+/// Largest share of the draws whose end may lie where the surrogate has learned nothing.
+const OUTSIDE_TRAINING: f64 = 0.1;
 
 /// Whose estimates these are, and by what they are judged.
 #[derive(Debug, Clone, Copy)]
@@ -51,6 +51,14 @@ pub struct Checkpoint {
     pub digest: ContentHash,
     /// The filter.
     pub filter: Filter,
+}
+
+impl Checkpoint {
+    /// From what [`Filter::to_bytes`] wrote; `None` if it was not of a life under this bundle and prior.
+    pub fn restore(model: &Model, prior: &Prior, block: u64, digest: ContentHash, bytes: &[u8]) -> Option<Self> {
+        let filter = Filter::from_bytes(&model.bundle.faults, &prior.body, bytes).ok()?;
+        Some(Self { block, digest, filter })
+    }
 }
 
 /// States to replace, and the prognosis for the newest data.
@@ -138,22 +146,26 @@ impl Model {
         state: &State,
     ) -> Result<Forecast, OutlookError> {
         let posterior = filter.posterior();
-        let draws = self.draw(context, &posterior, newest, newest, ISSUED_DRAWS);
+        let draws = self.draw(context, &posterior, newest, newest, Draws::precise());
         let faults = posterior.trends();
         check_finite(&faults, state.block)?;
+        let mut doubts = state.doubts.clone();
+        doubts.extend(outside_training(&draws));
         Ok(Forecast {
             dominant_fault: dominant_fault(&self.bundle.faults, draws.dominant_group(), &faults),
             faults,
             propagation: posterior.propagation(),
             rul: RulDistribution::from_draws(&draws.ends_fh, HORIZON_FH),
+            p10_error_fh: draws.p10_error_fh,
+            median_error_fh: draws.median_error_fh,
             probability_failed: draws.failed_fraction,
             seed: SEED,
             explanation: Explanation {
-                drivers: Vec::new(),
+                drivers: drivers(&self.bundle.faults, &draws),
                 growth: state.growth.clone(),
                 movement: state.movement.clone(),
             },
-            doubts: state.doubts.clone(),
+            doubts,
         })
     }
 
@@ -164,7 +176,7 @@ impl Model {
         posterior: &Posterior,
         newest: &Estimate,
         key: &Estimate,
-        draws: usize,
+        draws: Draws,
     ) -> forecast::Forecast {
         let Life { component, overhaul_index } = context.life;
         let stream = Stream::new(
@@ -178,7 +190,7 @@ impl Model {
             ],
         );
         let lag_fh = newest.flight_hours - posterior.t_fh();
-        let settings = ForecastSettings { draws: Draws::fixed(draws), horizon_fh: HORIZON_FH, ..ForecastSettings::default() };
+        let settings = ForecastSettings { draws, horizon_fh: HORIZON_FH, ..ForecastSettings::default() };
         let error = context.prior.body.failure_time_error;
         forecast(posterior, lag_fh, &self.bundle.surrogate, error, &settings, &stream)
     }
@@ -213,15 +225,17 @@ impl Walk<'_> {
         let (mut filter, begun) = self.begin(standing);
         let mut before = (begun > 0 && begun == standing).then(|| filter.posterior());
         for (index, block) in self.course.blocks.iter().enumerate().skip(begun) {
+            let expected = before.is_some().then(|| filter.expect(block));
             filter.update(block);
             if index + 1 < standing {
                 continue;
             }
             let after = filter.posterior();
             if index >= standing {
-                let earlier = before.take().map(|posterior| (posterior, &self.course.blocks[index - 1]));
-                let movement = earlier.map(|(posterior, earlier)| {
-                    movement::movement(self.model, self.context, self.course, [(&posterior, earlier), (&after, block)])
+                let step = before.as_ref().zip(expected.as_deref());
+                let movement = step.map(|(before, expected)| {
+                    Step { course: self.course, index, before, expected, after: &after }
+                        .movement(self.model, self.context)
                 });
                 states.push(self.state(index, &after, movement)?);
                 if (index + 1).is_multiple_of(CHECKPOINT_BLOCKS) {
@@ -270,7 +284,7 @@ impl Walk<'_> {
             rul_mean_fh: rul.mean_fh(),
             censored_fraction: rul.censored_fraction(),
             horizon_fh: rul.horizon_fh(),
-            growth: None,
+            growth: posterior.growth_summary(),
             movement,
             doubts: Vec::new(),
             digest,
@@ -284,6 +298,30 @@ pub(crate) fn as_of(estimate: &Estimate) -> AsOf {
         recorded_at: estimate.recorded_at,
         upload_id: estimate.upload_id.clone(),
     }
+}
+
+/// The fault groups that drive the end of life, the most frequent first.
+fn drivers(model: &FaultModel, draws: &forecast::Forecast) -> Vec<Driver> {
+    let faults = |group: &FaultGroup| match *group {
+        FaultGroup::OneSided { index } => vec![model.names[index].clone()],
+        FaultGroup::Pair { indices } => indices.iter().map(|&index| model.names[index].clone()).collect(),
+    };
+    let shares = model.groups.iter().zip(draws.driver_shares()).filter(|(_, share)| *share > 0.0);
+    let mut drivers: Vec<Driver> = shares.map(|(group, share)| Driver { faults: faults(group), share }).collect();
+    drivers.sort_by(|a, b| b.share.total_cmp(&a.share));
+    drivers
+}
+
+/// The surrogate is asked where it has learned nothing.
+fn outside_training(draws: &forecast::Forecast) -> Option<Doubt> {
+    let share = draws.outside_training_fraction;
+    (share > OUTSIDE_TRAINING).then(|| Doubt {
+        kind: DoubtKind::OutsideTraining,
+        detail: format!(
+            "{:.0} % of the simulated ends of life lie where the assessment has not been learned",
+            100.0 * share
+        ),
+    })
 }
 
 /// The entry of the dominant group that is furthest from nominal.

@@ -1,5 +1,7 @@
 //! The fleet prior that judges a life: the bundle's own, or one that an operator's finished lives taught.
 
+use std::sync::Arc;
+
 use domain::{ContentHash, Estimate};
 use prognosis::{FinishedLife, FleetPrior, NoHistory, learn_from_finished};
 
@@ -45,7 +47,7 @@ impl Prior {
 
 impl Model {
     /// The bundle's own prior.
-    pub fn prior(&self) -> &Prior {
+    pub fn prior(&self) -> &Arc<Prior> {
         &self.prior
     }
 

@@ -1,11 +1,12 @@
-//! The REST client of a simulated aircraft: fetches the mask, uploads, and tries again when told to.
+//! The REST client of a simulated aircraft and its mechanics: fetches the mask, uploads, reports findings,
+//! and tries again when told to.
 
 use std::time::Duration;
 
-use domain::{ContentHash, Coordinate, Mask, TailNumber};
-use proto::json::{MaskBody, ModelItem, Page, Problem, TailBody, UploadBody};
+use domain::{ContentHash, Coordinate, Mask, Position, TailNumber};
+use proto::json::{MaintenanceBody, MaskBody, ModelItem, Page, Problem, TailBody, UploadBody};
 use reqwest::{Response, StatusCode, Url};
-use serde::de::DeserializeOwned;
+use serde::{Serialize, de::DeserializeOwned};
 
 use crate::FleetError;
 
@@ -21,7 +22,7 @@ pub struct Client {
     base: Url,
 }
 
-/// What became of an upload that the service answered with success.
+/// What became of something that the service answered with success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sent {
     /// New to the service.
@@ -69,16 +70,31 @@ impl Client {
         self.get(&format!("v1/tails/{tail}")).await
     }
 
-    /// Uploads, and tries again as long as the service is overloaded or away.
+    /// Uploads.
     pub async fn upload(&self, tail: &TailNumber, body: &UploadBody) -> Result<Sent, FleetError> {
-        let url = self.url(&format!("v1/tails/{tail}/uploads"))?;
+        self.post(&format!("v1/tails/{tail}/uploads"), &body.upload_id, body).await
+    }
+
+    /// Reports a maintenance event.
+    pub async fn report(
+        &self,
+        tail: &TailNumber,
+        position: &Position,
+        body: &MaintenanceBody,
+    ) -> Result<Sent, FleetError> {
+        self.post(&format!("v1/tails/{tail}/positions/{position}/maintenance"), &body.event_id, body).await
+    }
+
+    /// Sends what has a name, and tries again as long as the service is overloaded or away.
+    async fn post(&self, path: &str, name: &str, body: &impl Serialize) -> Result<Sent, FleetError> {
+        let url = self.url(path)?;
         let mut pause = FIRST_PAUSE;
         for _ in 0..ATTEMPTS {
             match self.http.post(url.clone()).json(body).send().await {
-                Ok(answer) if answer.status() == StatusCode::ACCEPTED => return Ok(Sent::Accepted),
+                Ok(answer) if matches!(answer.status(), StatusCode::ACCEPTED | StatusCode::CREATED) => return Ok(Sent::Accepted),
                 Ok(answer) if answer.status() == StatusCode::OK => return Ok(Sent::Duplicate),
                 Ok(answer) if answer.status().is_client_error() && answer.status() != StatusCode::TOO_MANY_REQUESTS => {
-                    return Err(refusal(&body.upload_id, answer).await);
+                    return Err(refusal(name, answer).await);
                 }
                 Ok(_) | Err(_) => {}
             }
@@ -104,13 +120,13 @@ impl Client {
     }
 }
 
-async fn refusal(upload_id: &str, answer: Response) -> FleetError {
+async fn refusal(name: &str, answer: Response) -> FleetError {
     let status = answer.status();
     let reason = match answer.json::<Problem>().await {
         Ok(problem) => words(&problem),
         Err(_) => status.to_string(),
     };
-    FleetError::Refused { upload_id: upload_id.to_owned(), reason }
+    FleetError::Refused { name: name.to_owned(), reason }
 }
 
 /// A problem in one line, the offending fields included.

@@ -1,14 +1,14 @@
 //! A fleet: tails, positions, units, and the flights that they fly.
 //!
 //! A flight takes [`FLIGHT_FH`] hours; after it, each position uploads once. A unit that fails is
-//! replaced by a new one after its last upload. Everything follows from the plan's seed, so a fleet
+//! found failed after its last upload, and replaced by a new one. Everything follows from the plan's seed, so a fleet
 //! that is started again sends the same uploads again.
 
 use std::sync::Arc;
 
 use domain::{Mask, Position, Stream, TailNumber, Timestamp};
 use ema::{commutation::BINS, faults::ElectricalFaults, motor::Motor, wear::AMBIENT_TEMPERATURE};
-use proto::json::UploadBody;
+use proto::json::{FindingOutcome, MaintenanceBody, MaintenanceKind, UploadBody};
 use tokio::{
     sync::Semaphore,
     task::{JoinSet, spawn_blocking},
@@ -211,6 +211,20 @@ impl Slot {
         (self.unit.failure_fh() / FLIGHT_FH).ceil() as u64
     }
 
+    /// What the mechanic reports after it.
+    fn finding(&self, plan: &FleetPlan) -> MaintenanceBody {
+        MaintenanceBody {
+            event_id: format!("{}.failed", self.unit.serial_number),
+            kind: MaintenanceKind::Finding,
+            outcome: Some(FindingOutcome::Failed),
+            part_number: PART_NUMBER.to_owned(),
+            serial_number: self.unit.serial_number.to_string(),
+            occurred_at: plan.time_at(self.flown_fh()).to_string(),
+            flight_hours: self.flights as f64 * FLIGHT_FH,
+            note: None,
+        }
+    }
+
     /// A new unit takes the place of the failed one.
     async fn replace(&mut self, plan: &FleetPlan) -> Result<(), FleetError> {
         self.age_fh = -self.flown_fh();
@@ -240,6 +254,7 @@ impl Crew {
         let mut flown = Flown::default();
         while slot.flown_fh() + FLIGHT_FH <= fleet_fh {
             if slot.flights == slot.last_flight() {
+                self.client.report(&slot.tail, &slot.position, &slot.finding(&self.plan)).await?;
                 slot.replace(&self.plan).await?;
             }
             slot.flights += 1;

@@ -49,11 +49,11 @@ pub enum FleetError {
         /// The length of the simulated motor's map.
         map_length: usize,
     },
-    /// The service refuses an upload.
-    #[error("upload {upload_id} was refused: {reason}")]
+    /// The service refuses an upload or an event.
+    #[error("{name} was refused: {reason}")]
     Refused {
-        /// The upload.
-        upload_id: String,
+        /// The name of what was refused.
+        name: String,
         /// The service's words.
         reason: String,
     },

@@ -1,32 +1,76 @@
 //! One lease's computation, free of I/O: new uploads become estimates, the life becomes states and
 //! a prognosis.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::Arc,
+};
 
-use domain::{Estimate, SetAside, SetAsideReason, Timestamp};
-use pipeline::{EstimateError, LifeContext, Model, OutlookError, recorded_in_the_past};
+use domain::{ContentHash, Estimate, Life, SetAside, SetAsideReason, State, Timestamp};
+use pipeline::{Checkpoint, Course, EstimateError, LifeContext, Model, OutlookError, Prior, recorded_in_the_past};
 use store::{LifeInputs, LifeResults, Unestimated};
 
 use crate::models::Masks;
 
-/// Analyses a life with all that is known of it.
-pub fn analyse(model: &Model, masks: &Masks, inputs: LifeInputs, now: Timestamp) -> Result<LifeResults, OutlookError> {
-    let LifeInputs { life, generation, unestimated, mut estimates, states } = inputs;
+/// What a lease is about, estimated.
+pub struct Reading {
+    life: Life,
+    generation: u32,
+    prior: Arc<Prior>,
+    estimates: Vec<Estimate>,
+    set_aside: Vec<SetAside>,
+    course: Course,
+    known: Vec<State>,
+}
+
+/// Estimates what waits, and orders all that is known of the life.
+pub fn read(model: &Model, prior: Arc<Prior>, masks: &Masks, inputs: LifeInputs) -> Reading {
+    let LifeInputs { life, generation, unestimated, mut estimates, states: known } = inputs;
     let (new, set_aside) = estimate_each(model, masks, &unestimated);
     estimates.extend(new.iter().cloned());
     estimates.sort_by(Estimate::life_order);
-    let context = LifeContext { life: &life, generation: generation.number, prior: model.prior() };
-    let outlook = model.outlook(&context, &model.course(&context, &estimates), &states, None)?;
-    Ok(LifeResults {
-        estimates: new,
-        set_aside,
-        excluded: outlook.excluded,
-        states_from: outlook.states_from,
-        states: outlook.states,
-        checkpoints: Vec::new(),
-        prognosis: outlook.prognosis,
-        now,
-    })
+    let context = LifeContext { life: &life, generation: generation.number, prior: &prior };
+    let course = model.course(&context, &estimates);
+    Reading { life, generation: generation.number, prior, estimates: new, set_aside, course, known }
+}
+
+impl Reading {
+    /// Whose they are.
+    pub fn life(&self) -> (&Life, u32) {
+        (&self.life, self.generation)
+    }
+
+    /// After which blocks a filter could be recalled.
+    pub fn recallable(&self) -> Vec<(u64, ContentHash)> {
+        self.course.recallable(&self.known)
+    }
+
+    /// The results, and the filter from which the life goes on.
+    pub fn judge(
+        self,
+        model: &Model,
+        recalled: Option<Checkpoint>,
+        now: Timestamp,
+    ) -> Result<(LifeResults, Option<Checkpoint>), OutlookError> {
+        let context = LifeContext { life: &self.life, generation: self.generation, prior: &self.prior };
+        let outlook = model.outlook(&context, &self.course, &self.known, recalled)?;
+        let results = LifeResults {
+            estimates: self.estimates,
+            set_aside: self.set_aside,
+            excluded: outlook.excluded,
+            states_from: outlook.states_from,
+            states: outlook.states,
+            prognosis: outlook.prognosis,
+            checkpoints: outlook.checkpoints.iter().map(stored).collect(),
+            now,
+        };
+        Ok((results, outlook.latest))
+    }
+}
+
+/// A checkpoint as the store keeps it.
+fn stored(checkpoint: &Checkpoint) -> store::Checkpoint {
+    store::Checkpoint { block: checkpoint.block, digest: checkpoint.digest, body: checkpoint.filter.to_bytes() }
 }
 
 /// Estimates of the uploads that have one; reasons for those that do not.

@@ -6,6 +6,8 @@
 //! set aside with its reason and never blocks the others.
 
 mod analysis;
+mod lesson;
+mod memory;
 mod models;
 
 use std::{
@@ -14,12 +16,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use domain::{Timestamp, metric};
+use domain::{ContentHash, Life, Timestamp, metric};
+use pipeline::{Checkpoint, Model, Prior};
 use store::{Completion, Lease, Store, StoreError};
-use tokio::task::{JoinError, JoinSet};
+use tokio::task::{JoinError, JoinSet, spawn_blocking};
 use tokio_util::sync::CancellationToken;
 
-use crate::{analysis::analyse, models::Models};
+use crate::{memory::Memory, models::Models};
 
 /// How the worker runs.
 #[derive(Clone)]
@@ -51,6 +54,20 @@ pub enum WorkerError {
         /// What is wrong with it.
         reason: String,
     },
+    /// A life is pinned to a prior that the store does not hold.
+    #[error("prior {0} is not in the store")]
+    UnknownPrior(domain::ContentHash),
+    /// The store holds a prior that this binary cannot use.
+    #[error("prior {hash}: {reason}")]
+    UnusablePrior {
+        /// The prior.
+        hash: domain::ContentHash,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// There is nothing to learn from lives that are finished.
+    #[error("a prior cannot be learned: {0}")]
+    Lesson(String),
     /// The analysis of the whole life failed, not that of one upload.
     #[error("analysis of a life: {0}")]
     Analysis(#[from] pipeline::OutlookError),
@@ -61,18 +78,25 @@ pub enum WorkerError {
 
 /// Analyses components until `shutdown`; returns once the analyses under way have ended.
 pub async fn run(store: Store, settings: Settings, shutdown: CancellationToken) {
-    let models = Arc::new(Models::new(store.clone()));
+    let caches = Arc::new(Caches { models: Models::new(store.clone()), memory: Memory::default() });
     let mut lanes = JoinSet::new();
     for _ in 0..settings.concurrency.get() {
-        lanes.spawn(lane(store.clone(), models.clone(), settings.clone(), shutdown.clone()));
+        lanes.spawn(lane(store.clone(), caches.clone(), settings.clone(), shutdown.clone()));
     }
+    lanes.spawn(lesson::learn(store, caches, settings, shutdown));
     lanes.join_all().await;
 }
 
-async fn lane(store: Store, models: Arc<Models>, settings: Settings, shutdown: CancellationToken) {
+/// What is kept between leases; all of it can be read or computed again.
+struct Caches {
+    models: Models,
+    memory: Memory,
+}
+
+async fn lane(store: Store, caches: Arc<Caches>, settings: Settings, shutdown: CancellationToken) {
     while !shutdown.is_cancelled() {
         match store.lease(settings.lease).await {
-            Ok(Some(lease)) => serve_lease(&store, &models, &settings, lease).await,
+            Ok(Some(lease)) => serve_lease(&store, &caches, &settings, lease).await,
             // It looks into the queue itself once it listens, so nothing that came since the lease was asked for is missed.
             Ok(None) => wait(store.work_available(), &settings, &shutdown).await,
             Err(error) => {
@@ -91,9 +115,9 @@ async fn wait(news: impl Future<Output = ()>, settings: &Settings, shutdown: &Ca
     }
 }
 
-async fn serve_lease(store: &Store, models: &Models, settings: &Settings, lease: Lease) {
+async fn serve_lease(store: &Store, caches: &Caches, settings: &Settings, lease: Lease) {
     let component = &lease.component;
-    let (begun, completion) = (Instant::now(), process(store, models, settings, &lease).await);
+    let (begun, completion) = (Instant::now(), process(store, caches, settings, &lease).await);
     metrics::histogram!(metric::ANALYSIS_SECONDS.name).record(begun.elapsed());
     let outcome = match &completion {
         Ok(Completion::Done) => "done",
@@ -118,15 +142,40 @@ async fn serve_lease(store: &Store, models: &Models, settings: &Settings, lease:
 
 async fn process(
     store: &Store,
-    models: &Models,
+    caches: &Caches,
     settings: &Settings,
     lease: &Lease,
 ) -> Result<Completion, WorkerError> {
     let inputs = store.life_inputs(lease).await?;
-    let model = models.get(&inputs.generation.model).await?;
+    let model = caches.models.get(&inputs.generation.model).await?;
     let mask_ids: Vec<_> = inputs.unestimated.iter().map(|one| one.upload.mask_id).collect();
-    let masks = models.masks(&mask_ids).await?;
+    let masks = caches.models.masks(&mask_ids).await?;
+    let prior = caches.models.prior(&lease.component.operator, &inputs.generation, &model).await?;
+    let (reader, read_by) = (model.clone(), prior.clone());
+    let reading = spawn_blocking(move || analysis::read(&reader, read_by, &masks, inputs)).await?;
+    let (life, generation) = reading.life();
+    let life = life.clone();
+    let recalled = recall(store, caches, (&life, generation), &reading.recallable(), (&model, &prior)).await?;
     let now = (settings.clock)();
-    let results = tokio::task::spawn_blocking(move || analyse(&model, &masks, inputs, now)).await??;
-    Ok(store.complete(lease, results).await?)
+    let (results, latest) = spawn_blocking(move || reading.judge(&model, recalled, now)).await??;
+    let completion = store.complete(lease, results).await?;
+    if let Some(latest) = latest {
+        caches.memory.keep(life, generation, latest);
+    }
+    Ok(completion)
+}
+
+/// A filter of the life after one of these blocks: the newest from memory, or an older one from the store.
+async fn recall(
+    store: &Store,
+    caches: &Caches,
+    (life, generation): (&Life, u32),
+    wanted: &[(u64, ContentHash)],
+    (model, prior): (&Model, &Prior),
+) -> Result<Option<Checkpoint>, WorkerError> {
+    if let Some(newest) = caches.memory.recall(life, generation, wanted) {
+        return Ok(Some(newest));
+    }
+    let kept = store.checkpoint(&life.component, life.overhaul_index, generation, wanted).await?;
+    Ok(kept.and_then(|kept| Checkpoint::restore(model, prior, kept.block, kept.digest, &kept.body)))
 }

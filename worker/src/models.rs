@@ -1,30 +1,31 @@
-//! Bundles and masks, read from the store once.
+//! Bundles, masks and priors, read from the store once.
 
 use std::{
     collections::HashMap,
     sync::{Arc, Mutex, PoisonError},
 };
 
-use domain::{ContentHash, Mask};
-use pipeline::Model;
-use store::Store;
+use domain::{ContentHash, Mask, OperatorId};
+use pipeline::{Model, Prior};
+use store::{Generation, Store};
 
 use crate::WorkerError;
 
 /// Masks by their id.
 pub type Masks = HashMap<ContentHash, Arc<Mask>>;
 
-/// A cache of what is immutable: bundles and masks are named by their content.
+/// A cache of what is immutable: bundles, masks and priors are named by their content.
 pub struct Models {
     store: Store,
     models: Mutex<HashMap<ContentHash, Arc<Model>>>,
     masks: Mutex<Masks>,
+    priors: Mutex<HashMap<(OperatorId, ContentHash), Arc<Prior>>>,
 }
 
 impl Models {
     /// An empty cache over `store`.
     pub fn new(store: Store) -> Self {
-        Self { store, models: Mutex::default(), masks: Mutex::default() }
+        Self { store, models: Mutex::default(), masks: Mutex::default(), priors: Mutex::default() }
     }
 
     /// The bundle of that hash, ready for use.
@@ -38,6 +39,29 @@ impl Models {
         let model = Arc::new(model);
         locked(&self.models).insert(*hash, model.clone());
         Ok(model)
+    }
+
+    /// The prior of a generation of this operator: the bundle's own, or a learned one.
+    pub async fn prior(
+        &self,
+        operator: &OperatorId,
+        generation: &Generation,
+        model: &Model,
+    ) -> Result<Arc<Prior>, WorkerError> {
+        let hash = generation.prior;
+        if hash == model.prior().hash {
+            return Ok(model.prior().clone());
+        }
+        let key = (operator.clone(), hash);
+        if let Some(prior) = locked(&self.priors).get(&key) {
+            return Ok(prior.clone());
+        }
+        let body = self.store.prior_body(operator, &hash).await?.ok_or(WorkerError::UnknownPrior(hash))?;
+        let prior =
+            Prior::from_bytes(&body).map_err(|error| WorkerError::UnusablePrior { hash, reason: error.to_string() })?;
+        let prior = Arc::new(prior);
+        locked(&self.priors).insert(key, prior.clone());
+        Ok(prior)
     }
 
     /// The masks of these ids.

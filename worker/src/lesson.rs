@@ -1,0 +1,50 @@
+//! Learning fleet priors from lives that ended in failure, beside the analyses.
+//!
+//! A learned prior judges the lives that begin after it was learned; lives that go on keep theirs. It is
+//! learned per operator and part number, from the bundle's own prior and all finished lives: never from
+//! those of another operator.
+
+use std::{sync::Arc, time::Duration};
+
+use pipeline::PastLife;
+use store::{Lesson, PriorRecord, Store};
+use tokio::task::spawn_blocking;
+use tokio_util::sync::CancellationToken;
+
+use crate::{Caches, Settings, WorkerError, models::Models, wait};
+
+/// How often to ask whether there is something to learn.
+const PAUSE: Duration = Duration::from_secs(10);
+
+/// Learns until `shutdown`.
+pub async fn learn(store: Store, caches: Arc<Caches>, settings: Settings, shutdown: CancellationToken) {
+    let settings = Settings { idle: PAUSE, ..settings };
+    while !shutdown.is_cancelled() {
+        if let Err(error) = take_next(&store, &caches.models, &settings).await {
+            tracing::error!(%error, "cannot learn from finished lives");
+        }
+        wait(std::future::pending(), &settings, &shutdown).await;
+    }
+}
+
+async fn take_next(store: &Store, models: &Models, settings: &Settings) -> Result<(), WorkerError> {
+    let Some(Lesson { operator, part_number, model: hash, .. }) = store.next_lesson().await? else { return Ok(()) };
+    let finished = store.finished_lives(&operator, &part_number, &hash).await?;
+    let lives = finished.len() as u32;
+    let past = finished.into_iter().map(|life| PastLife { estimates: life.estimates, failure_fh: life.failure_fh });
+    let (past, model): (Vec<PastLife>, _) = (past.collect(), models.get(&hash).await?);
+    let teacher = model.clone();
+    let learned = spawn_blocking(move || teacher.learn_prior(&past)).await?;
+    let prior = learned.map_err(|error| WorkerError::Lesson(error.to_string()))?;
+    let record = PriorRecord {
+        part_number,
+        hash: prior.hash,
+        model: hash,
+        parent: model.prior().hash,
+        lives,
+        learned_at: (settings.clock)(),
+    };
+    store.add_prior(&operator, &record, &prior.to_bytes()).await?;
+    tracing::info!(%operator, part_number = %record.part_number, prior = %record.hash, lives, "learned a prior");
+    Ok(())
+}
