@@ -43,6 +43,9 @@ pub struct Block {
     pub variance: Vec<f64>,
     /// Standard deviation of a single observation of each entry.
     pub sigma: Vec<f64>,
+    /// Mean absolute deviation of single observations from their plain mean, of each entry, as if that were
+    /// known exactly.
+    pub scatter: Vec<f64>,
     /// Mean load of the observations that have one.
     pub load: Option<f64>,
     /// Mean temperature of the observations that have one.
@@ -113,6 +116,7 @@ fn condense(observations: &[Observation], range: Range<usize>) -> Block {
         mean: (0..entries).map(|entry| trimmed_mean(sorted(inside, |o| o.fault_vector.values()[entry]))).collect(),
         variance: (0..entries).map(|entry| shrink * square(entry) / n).collect(),
         sigma: (0..entries).map(|entry| square(entry).sqrt()).collect(),
+        scatter: (0..entries).map(|entry| scatter(&sorted(inside, |o| o.fault_vector.values()[entry]))).collect(),
         load: mean(inside, |o| o.load),
         temperature: mean(inside, |o| o.temperature),
         observations: range,
@@ -136,6 +140,13 @@ fn sorted(observations: &[Observation], value: impl Fn(&Observation) -> f64) -> 
 
 fn sum(values: Vec<f64>) -> f64 {
     values.iter().sum()
+}
+
+/// Mean absolute deviation from the mean, which takes 1/n of the variance out of it.
+fn scatter(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    values.iter().map(|value| (value - mean).abs()).sum::<f64>() / (n * (n - 1.0)).sqrt()
 }
 
 /// Mean without the least and the greatest, when there are enough; `values` are sorted.

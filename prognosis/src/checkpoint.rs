@@ -9,8 +9,8 @@
 use domain::{ContentHash, FaultModel};
 
 use crate::{
+    consistency::Consistency,
     filter::{Bank, Change, Filter, Mode, Particle},
-    kalman::Track,
     prior::FleetPrior,
 };
 
@@ -37,12 +37,12 @@ pub enum CheckpointError {
         bytes: usize,
     },
     /// Of another model or prior.
-    #[error("a checkpoint of {found:?} (particles, numbers in each) where model and prior have {expected:?}")]
+    #[error("sizes of a checkpoint are {found:?} where model and prior have {expected:?}")]
     Other {
-        /// Particles, and numbers in the tracks of each, of this model and prior.
-        expected: [u64; 2],
+        /// Numbers of the consistency, particles, and numbers in the tracks of each, of this model and prior.
+        expected: [u64; 3],
         /// The same of the checkpoint.
-        found: [u64; 2],
+        found: [u64; 3],
     },
     /// Its words are not those of a filter.
     #[error("a checkpoint that ends early or late, or names tracks that it does not hold")]
@@ -52,11 +52,13 @@ pub enum CheckpointError {
 impl Filter {
     /// The moving state, bit for bit.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let tracks: Vec<Vec<u64>> = self.particles.iter().map(|particle| numbers(&particle.modes)).collect();
-        let mut distinct: Vec<&Vec<u64>> = Vec::new();
+        let mut copy = self.clone();
         let mut words = self.shape().to_vec();
         words.extend([self.t_fh.to_bits(), self.observations as u64]);
-        for (particle, tracks) in self.particles.iter().zip(&tracks) {
+        words.extend(copy.consistency.iter_mut().flat_map(Consistency::numbers).map(|number| number.to_bits()));
+        let mut distinct: Vec<Vec<u64>> = Vec::new();
+        for particle in &mut copy.particles {
+            let tracks: Vec<u64> = numbers(&mut particle.modes).map(|number| number.to_bits()).collect();
             let known = distinct.iter().position(|other| *other == tracks);
             words.extend(header(particle));
             words.push(known.unwrap_or(distinct.len()) as u64);
@@ -76,32 +78,40 @@ impl Filter {
     pub fn from_bytes(model: &FaultModel, prior: &FleetPrior, bytes: &[u8]) -> Result<Self, CheckpointError> {
         let mut words = Words::of(bytes)?;
         let mut filter = Self::new(model, prior);
-        let (expected, found) = (filter.shape(), [words.next()?, words.next()?]);
+        let (expected, found) = (filter.shape(), [words.next()?, words.next()?, words.next()?]);
         if expected != found {
             return Err(CheckpointError::Other { expected, found });
         }
         filter.t_fh = f64::from_bits(words.next()?);
         filter.observations = words.next()? as usize;
+        for number in filter.consistency.iter_mut().flat_map(Consistency::numbers) {
+            *number = words.number()?;
+        }
         let mut places = Vec::with_capacity(filter.particles.len());
         for particle in &mut filter.particles {
             restore(particle, &mut words)?;
             places.push(words.next()? as usize);
         }
-        let stride = WORD * expected[1].max(1) as usize;
+        let stride = WORD * expected[2].max(1) as usize;
         let distinct: Vec<&[u8]> = words.rest.chunks_exact(stride).collect();
         let named = places.iter().max().map_or(0, |last| last.saturating_add(1));
         if distinct.len() != named || words.rest.len() != named * stride {
             return Err(CheckpointError::Malformed);
         }
         for (particle, place) in filter.particles.iter_mut().zip(places) {
-            fill(&mut particle.modes, &mut Words { rest: distinct[place] })?;
+            let mut words = Words { rest: distinct[place] };
+            for number in numbers(&mut particle.modes) {
+                *number = words.number()?;
+            }
         }
         Ok(filter)
     }
 
-    /// Particles, and numbers in the tracks of each.
-    fn shape(&self) -> [u64; 2] {
-        [self.particles.len() as u64, numbers(&self.particles[0].modes).len() as u64]
+    /// Numbers of the consistency, particles, and numbers in the tracks of each.
+    fn shape(&self) -> [u64; 3] {
+        let mut copy = self.clone();
+        let consistency = copy.consistency.iter_mut().flat_map(Consistency::numbers).count();
+        [consistency, self.particles.len(), numbers(&mut copy.particles[0].modes).count()].map(|count| count as u64)
     }
 }
 
@@ -121,30 +131,8 @@ fn restore(particle: &mut Particle, words: &mut Words) -> Result<(), CheckpointE
 }
 
 /// Everything in the modes of a particle that blocks change.
-fn numbers(modes: &[Mode]) -> Vec<u64> {
-    let mut numbers = Vec::new();
-    for Bank { log_weights, axes } in modes.iter().flat_map(|mode| [&mode.minor, &mode.dominant]) {
-        numbers.extend(log_weights.iter().map(|log_weight| log_weight.to_bits()));
-        for &Track { x, b, p_xx, p_xb, p_bb } in axes.iter().flat_map(|axis| &axis.tracks) {
-            numbers.extend([x, b, p_xx, p_xb, p_bb].map(f64::to_bits));
-        }
-    }
-    numbers
-}
-
-/// Puts [`numbers`] back.
-fn fill(modes: &mut [Mode], words: &mut Words) -> Result<(), CheckpointError> {
-    for Bank { log_weights, axes } in modes.iter_mut().flat_map(|mode| [&mut mode.minor, &mut mode.dominant]) {
-        for log_weight in log_weights {
-            *log_weight = words.number()?;
-        }
-        for Track { x, b, p_xx, p_xb, p_bb } in axes.iter_mut().flat_map(|axis| &mut axis.tracks) {
-            for number in [x, b, p_xx, p_xb, p_bb] {
-                *number = words.number()?;
-            }
-        }
-    }
-    Ok(())
+fn numbers(modes: &mut [Mode]) -> impl Iterator<Item = &mut f64> {
+    modes.iter_mut().flat_map(|mode| [&mut mode.minor, &mut mode.dominant]).flat_map(Bank::numbers)
 }
 
 /// 64-bit words, one after the other.

@@ -23,6 +23,7 @@ use domain::{FaultGroup, FaultModel, Stream};
 use crate::{
     block::Block,
     clipping::ClippedMean,
+    consistency::Consistency,
     growth_changes::GrowthChanges,
     kalman::{Measurement, Track, Transition},
     posterior::Posterior,
@@ -48,6 +49,8 @@ pub struct Filter {
     pub(crate) observations: usize,
     /// The first stands for constant growth, all others for growth that changes.
     pub(crate) particles: Vec<Particle>,
+    /// Where the prior knows limits.
+    pub(crate) consistency: Option<Consistency>,
 }
 
 /// One hypothesis about the growth so far.
@@ -77,7 +80,7 @@ pub(crate) struct Change {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Mode {
     /// Log of the prior weight of being the dominant one.
-    log_dominance: f64,
+    pub log_dominance: f64,
     pub minor: Bank,
     pub dominant: Bank,
 }
@@ -123,12 +126,15 @@ impl Filter {
             t_fh: 0.0,
             observations: 0,
             particles: particles(&modes, growth_changes),
+            consistency: prior.consistency.map(|limits| Consistency::new(model, prior, limits)),
         }
     }
 
     /// Carries the state to the centre of the next block and corrects it.
     pub fn update(&mut self, block: &Block) {
+        let dt_h = block.centre_fh - self.t_fh;
         self.advance(block);
+        let expected = self.consistency.as_ref().map(|_| self.expected(block));
         for mode in self.particles.iter_mut().flat_map(|particle| &mut particle.modes) {
             mode.minor.correct(block, &self.model.nominal, self.clipped_mean);
             mode.dominant.correct(block, &self.model.nominal, self.clipped_mean);
@@ -137,6 +143,10 @@ impl Filter {
             resample(&mut self.particles[1..], &mut stream(block).substream(0));
         }
         self.observations += block.observations.len();
+        if let (Some(mut consistency), Some(expected)) = (self.consistency.take(), expected) {
+            consistency.update(self, block, &expected, dt_h);
+            self.consistency = Some(consistency);
+        }
     }
 
     /// Carries the state to the centre of the next block, whose values are not looked at.
@@ -244,7 +254,7 @@ pub(crate) fn log_dominance(modes: &[Mode]) -> Vec<f64> {
 }
 
 impl Bank {
-    fn new(group: &FaultGroup, rate_weights: &[f64], bias: BiasPrior) -> Self {
+    pub fn new(group: &FaultGroup, rate_weights: &[f64], bias: BiasPrior) -> Self {
         let start = Track {
             x: 0.0,
             b: bias.mean_per_h,
@@ -260,19 +270,26 @@ impl Bank {
         Self { log_weights: rate_weights.iter().map(|&weight| libm::log(weight)).collect(), axes }
     }
 
-    fn predict(&mut self, steps: &[Transition]) {
+    pub fn predict(&mut self, steps: &[Transition]) {
         for axis in &mut self.axes {
             axis.tracks.iter_mut().zip(steps).for_each(|(track, step)| track.predict(step));
         }
     }
 
-    fn correct(&mut self, block: &Block, nominal: &[f64], clipped_mean: ClippedMean) {
+    pub fn correct(&mut self, block: &Block, nominal: &[f64], clipped_mean: ClippedMean) {
         for axis in &mut self.axes {
             let measured = axis.measured(block, nominal, clipped_mean);
             for (track, log_weight) in axis.tracks.iter_mut().zip(&mut self.log_weights) {
                 *log_weight += track.correct(&measured);
             }
         }
+    }
+
+    /// Everything that blocks change, in a fixed order.
+    pub fn numbers(&mut self) -> impl Iterator<Item = &mut f64> {
+        let tracks = self.axes.iter_mut().flat_map(|axis| &mut axis.tracks);
+        let numbers = tracks.flat_map(|Track { x, b, p_xx, p_xb, p_bb }| [x, b, p_xx, p_xb, p_bb]);
+        self.log_weights.iter_mut().chain(numbers)
     }
 }
 

@@ -12,6 +12,7 @@ pub mod block;
 pub mod boundary;
 pub mod checkpoint;
 pub mod clipping;
+pub mod consistency;
 pub mod estimator;
 pub mod failure_time;
 pub mod filter;
@@ -33,6 +34,7 @@ pub use block::{Block, Observation, OpenBlock, blocks};
 pub use boundary::{Boundary, Margin};
 pub use checkpoint::CheckpointError;
 pub use clipping::ClippedMean;
+pub use consistency::{ConsistencyLimits, fit_consistency};
 pub use estimator::{
     Climatology, Estimator, Follower, Law, Linear, Oracle, PredictionSettings, Rbg, Ridge, RulEstimate, Thesis,
 };

@@ -3,7 +3,7 @@
 use domain::FaultGroup;
 use serde::{Deserialize, Serialize};
 
-use crate::{clipping::ClippedMean, growth_changes::GrowthChanges};
+use crate::{clipping::ClippedMean, consistency::ConsistencyLimits, growth_changes::GrowthChanges};
 
 /// Number of growth rates in the grid.
 const RATES: usize = 15;
@@ -32,6 +32,9 @@ pub struct FleetPrior {
     /// How observations clipped at nominal are understood; what was learned was learned with it.
     #[serde(default, skip_serializing_if = "ClippedMean::is_default")]
     pub clipped_mean: ClippedMean,
+    /// Beyond which a life is not one of this fleet; without them, none is doubted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub consistency: Option<ConsistencyLimits>,
 }
 
 /// Prior of one kind of group.
@@ -90,6 +93,7 @@ impl FleetPrior {
             failure_time_error: None,
             growth_changes: None,
             clipped_mean: ClippedMean::default(),
+            consistency: None,
         }
     }
 

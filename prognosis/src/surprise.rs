@@ -24,7 +24,7 @@ impl Filter {
     }
 
     /// [`Filter::expect`] of a filter that has been carried to the block already.
-    fn expected(&self, block: &Block) -> Vec<Moments> {
+    pub(crate) fn expected(&self, block: &Block) -> Vec<Moments> {
         let posterior = self.posterior();
         let mut expected = vec![None; self.model.len()];
         for (index, group) in self.model.groups.iter().enumerate() {

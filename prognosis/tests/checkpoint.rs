@@ -63,7 +63,7 @@ fn particles_of_one_ancestor_are_written_once() {
 fn checkpoints_of_other_filters_are_refused() {
     let bytes = begin(&changing()).to_bytes();
     let refused = restore(&FleetPrior::vague(), &bytes).unwrap_err();
-    assert!(matches!(refused, CheckpointError::Other { expected: [1, _], found: [30, _] }), "{refused}");
+    assert!(matches!(refused, CheckpointError::Other { expected: [0, 1, _], found: [0, 30, _] }), "{refused}");
     let mut newer = bytes.clone();
     newer[0] += 1;
     assert_eq!(restore(&changing(), &newer).unwrap_err(), CheckpointError::Version { found: Some(newer[0]) });
@@ -86,8 +86,8 @@ fn words_that_are_not_those_of_a_filter_are_refused() {
     assert_eq!(refused(&|content| content.truncate(content.len() - 8)), CheckpointError::Malformed);
     assert_eq!(refused(&|content| content.extend([0; 8])), CheckpointError::Malformed);
     assert_eq!(refused(&|content| content.truncate(100)), CheckpointError::Malformed);
-    // Where the tracks of the first particle are: behind the version, four words and five more.
-    assert_eq!(refused(&|content| content[1 + 9 * 8..][..8].fill(255)), CheckpointError::Malformed);
+    // Where the tracks of the first particle are: behind the version, five words and five more.
+    assert_eq!(refused(&|content| content[1 + 10 * 8..][..8].fill(255)), CheckpointError::Malformed);
 }
 
 proptest! {
