@@ -53,16 +53,20 @@ pub fn upload(model: &Model, mask: &Mask, index: u32) -> Upload {
     }
 }
 
-/// Runs a worker until nothing is pending.
-pub async fn work(store: &Store) {
-    let settings = worker::Settings {
+/// How the worker runs.
+pub fn settings() -> worker::Settings {
+    worker::Settings {
         concurrency: NonZeroUsize::new(2).unwrap(),
         lease: Duration::from_secs(60),
         idle: Duration::from_millis(20),
         clock: Arc::new(now),
-    };
+    }
+}
+
+/// Runs a worker until nothing is pending.
+pub async fn work(store: &Store) {
     let stop = CancellationToken::new();
-    let running = tokio::spawn(worker::run(store.clone(), settings, stop.clone()));
+    let running = tokio::spawn(worker::run(store.clone(), settings(), stop.clone()));
     while store.pending().await.unwrap() > 0 {
         tokio::time::sleep(Duration::from_millis(10)).await;
     }
