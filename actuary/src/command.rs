@@ -3,6 +3,7 @@
 pub mod backtest;
 pub mod demo;
 pub mod diagnose;
+pub mod due;
 pub mod loads;
 pub mod serve;
 pub mod simulate;

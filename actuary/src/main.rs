@@ -16,7 +16,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::command::{backtest, demo, diagnose, loads, serve, simulate, train, verify};
+use crate::command::{backtest, demo, diagnose, due, loads, serve, simulate, train, verify};
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
 #[derive(Debug, Parser)]
@@ -33,6 +33,7 @@ enum Command {
     Serve(serve::Arguments),
     Train(train::Arguments),
     Diagnose(diagnose::Arguments),
+    Due(due::Arguments),
     Loads(loads::Arguments),
     Simulate(simulate::Arguments),
     Verify(verify::Arguments),
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         Command::Serve(arguments) => serve::run(arguments),
         Command::Train(arguments) => train::run(arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
+        Command::Due(arguments) => due::run(&arguments),
         Command::Loads(arguments) => loads::run(&arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Verify(arguments) => verify::run(&arguments),

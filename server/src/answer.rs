@@ -46,7 +46,12 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         doubts: forecast.map(|forecast| forecast.doubts.iter().map(Doubt::from).collect()),
         load: prognosis.and_then(|prognosis| prognosis.load.as_ref()).map(LoadBody::from),
         propagation: forecast.map(|forecast| PropagationBody::from(&forecast.propagation)),
-        monte_carlo: forecast.map(|forecast| MonteCarlo { draws: forecast.rul.draws(), seed: forecast.seed }),
+        monte_carlo: forecast.map(|forecast| MonteCarlo {
+            draws: forecast.rul.draws(),
+            seed: forecast.seed,
+            p10_error_fh: forecast.p10_error_fh,
+            median_error_fh: forecast.median_error_fh,
+        }),
         model: prognosis.map(|prognosis| prognosis.model.to_string()),
         prior: prognosis.map(|prognosis| prognosis.prior.to_string()),
         mask_id: prognosis.map(|prognosis| prognosis.mask_id.to_string()),

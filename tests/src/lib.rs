@@ -59,9 +59,14 @@ impl Service {
 
     /// The JSON that a path answers with.
     pub async fn get(&self, path: &str) -> Value {
+        serde_json::from_str(&self.text(path).await).expect("JSON")
+    }
+
+    /// The text that a path answers with.
+    pub async fn text(&self, path: &str) -> String {
         let answer = reqwest::get(format!("{}{path}", self.url)).await.expect("an answer");
         assert!(answer.status().is_success(), "GET {path}: {}", answer.status());
-        answer.json().await.expect("JSON")
+        answer.text().await.expect("text")
     }
 
     /// The RUL objects of the fleet, once nothing is pending.

@@ -119,8 +119,9 @@ fn matrix(rows: Vec<Vec<f64>>) -> v1::Matrix {
 }
 
 impl From<json::MonteCarlo> for v1::MonteCarlo {
-    fn from(draws: json::MonteCarlo) -> Self {
-        Self { draws: draws.draws as u64, seed: draws.seed }
+    fn from(monte_carlo: json::MonteCarlo) -> Self {
+        let json::MonteCarlo { draws, seed, p10_error_fh, median_error_fh } = monte_carlo;
+        Self { draws: draws as u64, seed, p10_error_fh, median_error_fh }
     }
 }
 

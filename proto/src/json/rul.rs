@@ -303,11 +303,19 @@ impl From<&Propagation> for PropagationBody {
     }
 }
 
-/// How the draws were made.
+/// How the draws were made, and how precise they are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MonteCarlo {
     /// Number of draws.
+    #[schema(example = 1000)]
     pub draws: usize,
     /// Seed of the draws.
+    #[schema(example = 1)]
     pub seed: u64,
+    /// Monte-Carlo standard error of the 10 % quantile, flight hours; null where that is censored.
+    #[schema(required, example = 14.0)]
+    pub p10_error_fh: Option<f64>,
+    /// Monte-Carlo standard error of the median, flight hours; null where that is censored.
+    #[schema(required, example = 11.0)]
+    pub median_error_fh: Option<f64>,
 }

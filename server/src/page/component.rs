@@ -97,8 +97,18 @@ fn quantiles(body: &RulBody) -> Vec<(&'static str, String)> {
         ("90 %", rul.p90),
         ("95 %", rul.p95),
     ]
-    .map(|(level, quantile)| (level, hours(body, quantile)))
+    .map(|(level, quantile)| (level, hours(body, quantile) + &draw_error(body, level)))
     .into()
+}
+
+/// The error of the draws, of the quantiles of which it is told.
+fn draw_error(body: &RulBody, level: &str) -> String {
+    let error = body.monte_carlo.as_ref().and_then(|draws| match level {
+        "10 %" => draws.p10_error_fh,
+        "50 %" => draws.median_error_fh,
+        _ => None,
+    });
+    error.map(|error_fh| format!(" \u{b1} {}", grouped(error_fh))).unwrap_or_default()
 }
 
 fn failures(body: &RulBody) -> Vec<(String, String)> {

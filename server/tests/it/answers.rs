@@ -100,7 +100,10 @@ async fn a_forecast_is_told_in_full() {
     assert_eq!(body["dominant_fault"], "k2");
     assert_eq!(body["propagation"]["estimator"], "rbg");
     assert_eq!(body["propagation"]["control_matrix"].as_array().unwrap().len(), 5);
-    assert_eq!(body["monte_carlo"], json!({"draws": 100, "seed": u64::MAX}));
+    assert_eq!(
+        body["monte_carlo"],
+        json!({"draws": 100, "seed": u64::MAX, "p10_error_fh": 12.5, "median_error_fh": null})
+    );
     assert!(body["advisory"].as_str().unwrap().contains("no maintenance credit"));
 }
 

@@ -343,7 +343,7 @@ pub fn forecast(ending: usize) -> Forecast {
             observations: 12,
         },
         rul: RulDistribution::from_draws(&ends, 10_000.0),
-        p10_error_fh: None,
+        p10_error_fh: Some(12.5),
         median_error_fh: None,
         probability_failed: 0.0,
         seed: u64::MAX,
