@@ -84,7 +84,7 @@ impl Follower for Oracle {
             let share = (i as f64 + 0.5) / settings.draws as f64;
             Some(self.failure_fh - now_fh + 200.0 * (share - 0.5)).filter(|end| *end < settings.horizon_fh)
         };
-        RulEstimate { ends_fh: (0..settings.draws).map(end).collect(), propagation: None }
+        RulEstimate { ends_fh: (0..settings.draws).map(end).collect(), propagation: None, doubted: false }
     }
 }
 
@@ -130,7 +130,7 @@ fn the_default_is_the_filter_and_its_forecast() {
     let mut filter = Filter::new(&model, &prior);
     blocks(seen).iter().for_each(|block| filter.update(block));
     let posterior = filter.posterior();
-    let settings = ForecastSettings { draws: Draws::fixed(60), horizon_fh: 8000.0, step_fh: 20.0 };
+    let settings = ForecastSettings { draws: Draws::fixed(60), horizon_fh: 8000.0, ..ForecastSettings::default() };
     let direct = forecast(&posterior, now_fh - posterior.t_fh(), &Sum, None, &settings, &stream);
     assert_eq!((estimate.ends_fh, estimate.propagation), (direct.ends_fh, Some(posterior.propagation())));
 }

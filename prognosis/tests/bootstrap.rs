@@ -2,7 +2,7 @@
 
 use domain::Stream;
 use prognosis::{
-    backtest::{Bootstrap, BootstrapSettings, Comparison, PredictionScore, RunScore, scoreboard},
+    backtest::{Bootstrap, BootstrapSettings, Comparison, OracleGap, PredictionScore, RunScore, scoreboard},
     metrics::Horizon,
 };
 
@@ -14,6 +14,7 @@ fn run(crps_fh: f64, predictions: usize) -> RunScore {
         covered_80: true,
         covered_95: true,
         undecided: false,
+        doubted: false,
     };
     RunScore {
         predictions: (0..predictions).map(judge).collect(),
@@ -85,4 +86,27 @@ fn bins_of_remaining_life_hold_every_prediction_once() {
     assert_eq!(first.crps_fh, Some(200.0));
     let last = board.by_rul[7];
     assert_eq!((last.from_fh, last.to_fh, last.runs, last.coverage.level_80), (3500.0, None, 1, Some(1.0)));
+}
+
+#[test]
+fn the_gap_is_closed_by_the_oracle_and_open_for_climatology() {
+    let settings = BootstrapSettings::default();
+    let (climatology, oracle) = (runs(1, 300.0, 40), runs(2, 120.0, 40));
+    let halfway: Vec<_> = climatology
+        .iter()
+        .zip(&oracle)
+        .map(|(a, b)| run(0.5 * (a.predictions[0].crps_fh + b.predictions[0].crps_fh), 5))
+        .collect();
+    let gap = |ours: &[RunScore]| OracleGap::of(&all(ours), &all(&climatology), &all(&oracle), &settings);
+    for (ours, closed) in [(&climatology, 0.0), (&oracle, 1.0), (&halfway, 0.5)] {
+        let gap = gap(ours).unwrap();
+        assert!((gap.closed - closed).abs() < 1e-12 && gap.runs == 40, "{gap:?}");
+        let interval = gap.interval.unwrap();
+        assert!((interval.low - closed).abs() < 1e-12 && (interval.high - closed).abs() < 1e-12, "whatever the runs");
+    }
+    let worse = gap(&runs(3, 400.0, 40)).unwrap();
+    let interval = worse.interval.unwrap();
+    assert!(worse.closed < 0.0 && interval.low < worse.closed && worse.closed < interval.high, "{worse:?}");
+    assert_eq!(OracleGap::of(&all(&oracle), &all(&oracle), &all(&climatology), &settings), None, "no gap to close");
+    assert_eq!(OracleGap::of(&[], &[], &[], &settings), None);
 }

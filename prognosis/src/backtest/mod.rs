@@ -9,18 +9,20 @@
 
 mod bootstrap;
 mod comparison;
+mod gap;
 mod scoreboard;
 
 use domain::{RulDistribution, Stream};
 
 use crate::{
     block::Observation,
-    estimator::{Estimator, Follower, PredictionSettings},
+    estimator::{Estimator, Follower, PredictionSettings, RulEstimate},
     metrics::{self, Criterion, Horizon, Prediction},
 };
 
 pub use bootstrap::{Bootstrap, BootstrapSettings, Interval};
 pub use comparison::Comparison;
+pub use gap::OracleGap;
 pub use scoreboard::scoreboard;
 
 /// Levels of the quantiles of a backtest: 2.5, 5, 10, 15, ..., 95, 97.5 %.
@@ -64,7 +66,8 @@ pub struct ReplaySettings {
 }
 
 /// What one estimator made of one run.
-#[derive(Debug, Clone, PartialEq)]
+/// Nothing for a run that it could not follow.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Replay {
     /// At every multiple of the time between predictions from the first observation to the last.
     pub predictions: Vec<RulSummary>,
@@ -83,6 +86,8 @@ pub struct RulSummary {
     pub censored_fraction: f64,
     /// At [`LEVELS`]; `None` is censored.
     pub quantiles_fh: [Option<f64>; 21],
+    /// Whether the estimator advised not to trust it.
+    pub doubted: bool,
 }
 
 /// The scores of one run.
@@ -120,26 +125,34 @@ pub struct PredictionScore {
     pub covered_95: bool,
     /// Whether the median is beyond the horizon: the estimator does not know the end.
     pub undecided: bool,
+    /// Whether the estimator advised not to trust it.
+    pub doubted: bool,
 }
 
 /// Feeds a run to an estimator.
 pub fn replay(run: &Run, estimator: &dyn Estimator, settings: &ReplaySettings) -> Replay {
     let mut player = Player { run, follower: estimator.follow(), next: 0, settings };
     let judged = judged_times(run);
-    let (mut regular, mut medians) = (Vec::new(), [None; 3]);
+    let (mut regular, mut doubts, mut medians) = (Vec::new(), Vec::new(), [None; 3]);
     for (t_fh, judged) in times(run, &judged, settings.every_fh) {
-        let draws = player.predict(t_fh);
+        let RulEstimate { ends_fh: draws, doubted, .. } = player.predict(t_fh);
         match judged {
-            None => regular.push(Prediction { t_fh, draws }),
+            None => {
+                regular.push(Prediction { t_fh, draws });
+                doubts.push(doubted);
+            }
             Some(which) => medians[which] = Some(median_error(&draws, JUDGED_RULS_FH[which], settings)),
         }
     }
     let horizon_fh = settings.prediction.horizon_fh;
     let score = run.failure_fh.map(|failure_fh| {
         let before = regular.partition_point(|prediction| prediction.t_fh < failure_fh);
-        RunScore { median_errors: medians, ..score(&regular[..before], failure_fh, horizon_fh) }
+        let mut score = score(&regular[..before], failure_fh, horizon_fh);
+        score.predictions.iter_mut().zip(&doubts).for_each(|(score, &doubted)| score.doubted = doubted);
+        RunScore { median_errors: medians, ..score }
     });
-    Replay { predictions: regular.iter().map(|prediction| summary(prediction, horizon_fh)).collect(), score }
+    let summaries = regular.iter().zip(doubts).map(|(prediction, doubted)| summary(prediction, doubted, horizon_fh));
+    Replay { predictions: summaries.collect(), score }
 }
 
 /// When the run has one of [`JUDGED_RULS_FH`] left.
@@ -169,23 +182,24 @@ struct Player<'a> {
 }
 
 impl Player<'_> {
-    fn predict(&mut self, t_fh: f64) -> Vec<Option<f64>> {
+    fn predict(&mut self, t_fh: f64) -> RulEstimate {
         while let Some(observation) = self.run.observations.get(self.next).filter(|o| o.t_fh <= t_fh) {
             self.follower.observe(observation);
             self.next += 1;
         }
         let stream = Stream::new(self.settings.seed, &["backtest", &self.run.id, &t_fh.to_string()]);
-        self.follower.predict(t_fh, &self.settings.prediction, &stream).ends_fh
+        self.follower.predict(t_fh, &self.settings.prediction, &stream)
     }
 }
 
-fn summary(prediction: &Prediction, horizon_fh: f64) -> RulSummary {
+fn summary(prediction: &Prediction, doubted: bool, horizon_fh: f64) -> RulSummary {
     let rul = RulDistribution::from_draws(&prediction.draws, horizon_fh);
     RulSummary {
         t_fh: prediction.t_fh,
         mean_fh: rul.mean_fh(),
         censored_fraction: rul.censored_fraction(),
         quantiles_fh: LEVELS.map(|level| rul.quantile_fh(level)),
+        doubted,
     }
 }
 
@@ -194,8 +208,8 @@ fn median_error(draws: &[Option<f64>], truth_fh: f64, settings: &ReplaySettings)
     median.map_or(f64::INFINITY, |median_fh| metrics::relative_error(median_fh, truth_fh))
 }
 
-/// Scores of predictions of one life, all of them before its failure. The medians at given remaining lives are
-/// left to who can ask for predictions at those times.
+/// Scores of predictions of one life, all of them before its failure. The medians at given remaining lives and
+/// the doubts are left to who knows them.
 pub fn score(before: &[Prediction], failure_fh: f64, horizon_fh: f64) -> RunScore {
     let judge = |Prediction { t_fh, draws }: &Prediction| {
         let truth_fh = failure_fh - t_fh;
@@ -206,6 +220,7 @@ pub fn score(before: &[Prediction], failure_fh: f64, horizon_fh: f64) -> RunScor
             covered_80: metrics::covers(draws, 0.8, truth_fh),
             covered_95: metrics::covers(draws, 0.95, truth_fh),
             undecided: 2 * draws.iter().filter(|draw| draw.is_none()).count() > draws.len(),
+            doubted: false,
         }
     };
     let some = |accuracy: fn(&[Prediction], f64, f64) -> f64| {

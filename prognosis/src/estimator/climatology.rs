@@ -45,6 +45,6 @@ impl Follower for Life<'_> {
         if ends_fh.is_empty() {
             ends_fh = vec![None; settings.draws];
         }
-        RulEstimate { ends_fh, propagation: None }
+        RulEstimate { ends_fh, propagation: None, doubted: false }
     }
 }

@@ -55,7 +55,7 @@ impl Follower for Life<'_> {
         let Linear { model, prior, boundary } = *self.linear;
         let window: Vec<&Observation> = self.recent.before(now_fh).collect();
         let Some(lines) = lines(&window, model, prior.process_noise) else {
-            return RulEstimate { ends_fh: vec![None; settings.draws], propagation: None };
+            return RulEstimate { ends_fh: vec![None; settings.draws], propagation: None, doubted: false };
         };
         let centre_fh = lines[0].centre_fh;
         let start = |stream: &mut Stream| {
@@ -69,6 +69,7 @@ impl Follower for Life<'_> {
         RulEstimate {
             ends_fh: Extrapolation::new(model, prior, boundary).ends_fh(start, 0.0, settings, stream),
             propagation: Some(propagation(&growth, NAME, self.recent.seen)),
+            doubted: false,
         }
     }
 }

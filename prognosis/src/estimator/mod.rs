@@ -60,4 +60,6 @@ pub struct RulEstimate {
     pub ends_fh: Vec<Option<f64>>,
     /// The damage propagation behind it, from an estimator that has one.
     pub propagation: Option<Propagation>,
+    /// Whether the estimator advises not to trust the draws: the life is not like those that it knows.
+    pub doubted: bool,
 }

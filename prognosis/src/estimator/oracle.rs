@@ -150,6 +150,7 @@ impl Follower for Life<'_> {
         RulEstimate {
             ends_fh: Extrapolation::new(model, prior, boundary).ends_fh(start, 0.0, settings, stream),
             propagation: None,
+            doubted: false,
         }
     }
 }

@@ -126,6 +126,7 @@ impl Follower for Life<'_> {
         RulEstimate {
             ends_fh: Extrapolation::new(model, prior, boundary).ends_fh(start, now_fh - self.t_fh, settings, stream),
             propagation: Some(propagation(&growth, NAME, self.observations)),
+            doubted: false,
         }
     }
 }

@@ -67,7 +67,7 @@ impl Follower for Life<'_> {
         let ends_fh = (0..settings.draws).map(end).collect();
         let fitted = window.identify(&window.deviations);
         let propagation = propagation(&fitted.coefficients, &spread.sigma(), model.len(), self.recent.seen);
-        RulEstimate { ends_fh, propagation: Some(propagation) }
+        RulEstimate { ends_fh, propagation: Some(propagation), doubted: false }
     }
 }
 
