@@ -2,7 +2,7 @@
 //!
 //! - What: the [`FleetPrior`] of a part number, an operator or any other part of a fleet.
 //! - Update rule: expectation maximisation from the parent, which counts as [`PARENT_LIVES`] more lives in
-//!   everything that is learned; then the failure-time error, pooled in the same proportion. A part with few
+//!   everything that is learned; then the failure-time error likewise. A part with few
 //!   lives stays near its parent, one with many leaves it.
 //! - Requirements: offline; lives that ended in failure. The result depends neither on threads nor on the
 //!   order of the lives.
@@ -13,15 +13,15 @@ use domain::FaultModel;
 use crate::{
     block::Observation,
     boundary::Boundary,
-    failure_time::{FinishedLife, fit_failure_time_error},
+    failure_time::{FinishedLife, fit_failure_time_error, update_failure_time_error},
     fit::{FitSettings, NoHistory, fit_prior_from},
-    prior::{FailureTimeError, FleetPrior},
+    prior::FleetPrior,
 };
 
 /// As how many lives the parent counts.
-const PARENT_LIVES: f64 = 10.0;
-/// Rounds of expectation and maximisation: fewer than from a vague guess, since the parent is near.
-const ROUNDS: usize = 4;
+const PARENT_LIVES: f64 = 5.0;
+/// Rounds of expectation and maximisation: how fast faults grow is seen slowly, by few faults of each life.
+const ROUNDS: usize = 12;
 
 /// What these lives say beyond what the parent knows. Growth may change if it may under the parent. Without
 /// lives it is the parent.
@@ -44,8 +44,10 @@ pub fn learn_from_finished(
     let histories: Vec<Vec<Observation>> = lives.iter().map(|life| life.observations.clone()).collect();
     let settings = FitSettings { rounds: ROUNDS, parent_lives: PARENT_LIVES };
     let prior = fit_prior_from(parent.clone(), &histories, model, &settings)?;
-    let own = fit_failure_time_error(&lives, model, &prior, boundary, seed);
-    let failure_time_error = pooled(parent.failure_time_error, own, lives.len() as f64);
+    let failure_time_error = match parent.failure_time_error {
+        Some(error) => Some(update_failure_time_error((error, PARENT_LIVES), &lives, model, &prior, boundary, seed)),
+        None => fit_failure_time_error(&lives, model, &prior, boundary, seed),
+    };
     Ok(FleetPrior { failure_time_error, ..prior })
 }
 
@@ -58,16 +60,4 @@ fn content(life: &FinishedLife) -> impl Iterator<Item = u64> {
         std::iter::once(*t_fh).chain(driven_by).chain(faults).map(f64::to_bits).collect::<Vec<_>>()
     };
     std::iter::once(life.failure_fh.to_bits()).chain(life.observations.iter().flat_map(of_observation))
-}
-
-/// The moments of the parent's errors and of those of `lives` lives together.
-fn pooled(parent: Option<FailureTimeError>, own: Option<FailureTimeError>, lives: f64) -> Option<FailureTimeError> {
-    let (Some(parent), Some(own)) = (parent, own) else {
-        return own.or(parent);
-    };
-    let share = lives / (lives + PARENT_LIVES);
-    let mean = |value: fn(FailureTimeError) -> f64| share * value(own) + (1.0 - share) * value(parent);
-    let offset_fh = mean(|error| error.offset_fh);
-    let square = mean(|error| error.sd_fh * error.sd_fh + error.offset_fh * error.offset_fh);
-    Some(FailureTimeError { offset_fh, sd_fh: (square - offset_fh * offset_fh).max(0.0).sqrt() })
 }
