@@ -91,7 +91,8 @@ impl Store {
     }
 
     /// Keeps a learned prior. The lives of its operator and part number that begin from now on under its
-    /// bundle are judged by it, until a newer one is learned. Idempotent.
+    /// bundle are judged by it, until a newer one is learned. Idempotent; when more lives have taught the
+    /// same again, its record says so.
     pub async fn add_prior(&self, operator: &OperatorId, prior: &PriorRecord, body: &[u8]) -> Result<(), StoreError> {
         backend!(self, add_prior(operator, prior, body))
     }

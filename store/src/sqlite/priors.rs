@@ -129,7 +129,10 @@ impl Write for Add {
         sqlx::query(
             "insert into priors (operator, part_number, model, hash, parent, lives, learned_at, checksum, body)
              values ($1, $2, $3, $4, $5, $6, $7, $8, $9)
-             on conflict (operator, part_number, model, hash) do nothing",
+             on conflict (operator, part_number, model, hash) do update set
+               parent = excluded.parent, lives = excluded.lives, learned_at = excluded.learned_at,
+               checksum = excluded.checksum
+             where excluded.lives > priors.lives",
         )
         .bind(operator.as_str())
         .bind(prior.part_number.as_str())

@@ -2,7 +2,7 @@ use std::cell::Cell;
 
 use domain::{Component, EventId, Finding, MaintenanceEvent, OperatorId, Upload};
 use proptest::{prelude::*, test_runner::TestRunner};
-use store::{EventReceipt, EventRecord, Store, Voiding};
+use store::{EventReceipt, EventRecord, Store, StoreError, Voiding};
 
 use crate::fixture::{Database, component, day, drain, finding, operator, tail, upload};
 
@@ -67,6 +67,17 @@ async fn a_component_is_known_by_its_uploads() {
     let elsewhere = "elsewhere".parse().unwrap();
     assert_eq!(store.void_event(&elsewhere, &event.event_id, day(2.0)).await.unwrap(), None);
     assert_eq!(found_failed(&store).await, Some(200.0));
+}
+
+#[tokio::test]
+async fn an_event_that_would_not_read_back_is_refused() {
+    let database = Database::new();
+    let store = database.ready().await;
+    enrol(&store, &operator(), "0001").await;
+    let event = finding("e1", "0001", Finding::Failed, f64::NAN);
+    let refused = store.record_event(&operator(), &event, day(1.0)).await;
+    assert!(matches!(refused, Err(StoreError::Unrepresentable { .. })), "{refused:?}");
+    assert_eq!(found_failed(&store).await, None);
 }
 
 #[tokio::test]

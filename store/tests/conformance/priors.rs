@@ -107,6 +107,11 @@ async fn a_lesson_waits_for_ten_lives_and_then_for_a_quarter_more() {
     assert_eq!(next().await, None);
     end_lives(&store, &operator(), 12..13).await;
     assert_eq!(next().await, Some(13));
+    learn(&store, &operator(), "first", 13, 2.0).await;
+    assert_eq!(store.priors(&operator()).await.unwrap(), [prior("first", 13, 2.0)]);
+    assert_eq!(next().await, None, "what teaches nothing new is not learned for ever");
+    end_lives(&store, &operator(), 13..17).await;
+    assert_eq!(next().await, Some(17));
     store.void_event(&operator(), &"end-of-000".parse().unwrap(), day(2.0)).await.unwrap();
     assert_eq!(next().await, None, "a life that goes on teaches nothing");
 }
