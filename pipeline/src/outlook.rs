@@ -237,7 +237,7 @@ impl Walk<'_> {
                     Step { course: self.course, index, before, expected, after: &after }
                         .movement(self.model, self.context)
                 });
-                states.push(self.state(index, &after, movement)?);
+                states.push(self.state(index, &filter, &after, movement)?);
                 if (index + 1).is_multiple_of(CHECKPOINT_BLOCKS) {
                     checkpoints.push(self.checkpoint(index, &filter));
                 }
@@ -265,7 +265,13 @@ impl Walk<'_> {
         Checkpoint { block, digest, filter: filter.clone() }
     }
 
-    fn state(&self, index: usize, posterior: &Posterior, movement: Option<Movement>) -> Result<State, OutlookError> {
+    fn state(
+        &self,
+        index: usize,
+        filter: &Filter,
+        posterior: &Posterior,
+        movement: Option<Movement>,
+    ) -> Result<State, OutlookError> {
         let (block, digest) = (&self.course.blocks[index], self.course.digests[index]);
         let inside = self.course.inside(block);
         let last = &inside[inside.len() - 1];
@@ -286,7 +292,7 @@ impl Walk<'_> {
             horizon_fh: rul.horizon_fh(),
             growth: posterior.growth_summary(),
             movement,
-            doubts: Vec::new(),
+            doubts: filter.doubt().into_iter().collect(),
             digest,
         })
     }

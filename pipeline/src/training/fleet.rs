@@ -9,8 +9,9 @@ use ema::{
 use prognosis::{
     block::Observation,
     boundary::Boundary,
+    consistency::fit_consistency,
     failure_time::{FinishedLife, fit_failure_time_error},
-    fit::{FitSettings, NoHistory, fit_prior},
+    fit::{FitSettings, NoHistory, fit_prior, fit_prior_from},
     prior::FleetPrior,
     surrogate::LabelledFaults,
 };
@@ -23,6 +24,8 @@ pub type PastLife = LifeHistory;
 const STATES_PER_LIFE: usize = 12;
 /// How far around: from this share of the fault deviation at failure to the same share beyond it.
 const AROUND: f64 = 0.3;
+/// Rounds of learning on from a prior without growth changes.
+const GROWTH_CHANGE_ROUNDS: usize = 3;
 
 /// Finished lives; constant and varying growth take turns.
 pub fn simulate(parameters: &Parameters, seed: u64, lives: usize, done: &(dyn Fn() + Sync)) -> Vec<PastLife> {
@@ -59,7 +62,8 @@ pub fn assess_all(parameters: &Parameters, faults: &[FaultVector], done: &(dyn F
     faults.par_iter().map(label).collect()
 }
 
-/// The prior, with the failure-time error of `boundary`.
+/// The prior of a fleet whose growth may change, with the limits of what is like it and the failure-time
+/// error of `boundary`.
 pub fn prior(
     fleet: &[PastLife],
     model: &FaultModel,
@@ -68,7 +72,10 @@ pub fn prior(
 ) -> Result<FleetPrior, NoHistory> {
     let lives: Vec<FinishedLife> = fleet.iter().map(finished).collect();
     let histories: Vec<_> = lives.iter().map(|life| life.observations.clone()).collect();
-    let mut prior = fit_prior(&histories, model, &FitSettings::default())?;
+    let constant = fit_prior(&histories, model, &FitSettings::default())?;
+    let settings = FitSettings { rounds: GROWTH_CHANGE_ROUNDS, ..FitSettings::default() };
+    let mut prior = fit_prior_from(constant.with_growth_changes(), &histories, model, &settings)?;
+    prior.consistency = fit_consistency(&histories, model, &prior);
     prior.failure_time_error = fit_failure_time_error(&lives, model, &prior, boundary, seed);
     Ok(prior)
 }
