@@ -68,7 +68,7 @@ fn due_row(item: &DueItem) -> [String; 10] {
         item.tail.clone(),
         item.position.clone(),
         item.serial_number.clone(),
-        words(item.status).to_owned(),
+        due_words(item.status).to_owned(),
         p.map_or_else(none, |(p, error)| format!("{:.1} \u{b1} {:.1} %", 100.0 * p, 100.0 * error)),
         safe.map_or_else(none, |safe| format!("{:.0} fh", safe.remaining_fh)),
         safe.map_or_else(none, |safe| format!("{:.0} fh", safe.flight_hours)),
@@ -76,6 +76,14 @@ fn due_row(item: &DueItem) -> [String; 10] {
         item.dominant_fault.clone().unwrap_or_else(none),
         as_of(item.as_of.as_ref()),
     ]
+}
+
+/// A forecast to act on is due when it is on the list.
+fn due_words(status: Status) -> &'static str {
+    match status {
+        Status::Ok | Status::BeyondHorizon => "due",
+        other => words(other),
+    }
 }
 
 fn due_line(table: &mut String, cells: [String; 10]) {

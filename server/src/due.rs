@@ -181,7 +181,7 @@ fn judged(state: &State, installed: &Installed, threshold: Threshold) -> Option<
         _ if reason.is_some() => Part::Unknown,
         _ => return None,
     };
-    let told = p.filter(|_| part != Part::Unknown);
+    let told = p.filter(|_| part != Part::Unknown && installed.found_failed_fh.is_none());
     let safe = forecast.filter(|_| part == Part::Due).and_then(|f| latest_safe(installed, &f.rul, threshold.risk));
     let item = item(installed, status, forecast);
     let (p, standard_error) = told.unzip();

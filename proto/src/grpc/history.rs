@@ -60,6 +60,9 @@ impl From<json::StateItem> for v1::State {
             rul_fh: Some(item.rul_fh.into()),
             censored_fraction: item.censored_fraction,
             horizon_fh: item.horizon_fh,
+            growth: item.growth.map(Into::into),
+            movement: item.movement.map(Into::into),
+            doubts: each(item.doubts),
         }
     }
 }

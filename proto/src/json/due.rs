@@ -68,7 +68,8 @@ pub struct DueItem {
     /// The fault that most often drives the end of life.
     #[schema(required, example = "k2")]
     pub dominant_fault: Option<String>,
-    /// P(failure within the hours that were asked about); null for an unknown component.
+    /// P(failure within the hours that were asked about); null for a component that was found failed or is
+    /// unknown.
     #[schema(required, example = 0.37)]
     pub p: Option<f64>,
     /// Its Monte-Carlo standard error.

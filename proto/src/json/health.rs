@@ -6,7 +6,7 @@ use domain::{Estimate, State};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{AsOfBody, Fault, FaultsByName, LoadBody, RulQuantiles};
+use super::{AsOfBody, Doubt, Fault, FaultsByName, Growth, LoadBody, Movement, RulQuantiles};
 
 /// Whether an upload could be diagnosed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -123,6 +123,14 @@ pub struct StateItem {
     /// The horizon, flight hours.
     #[schema(example = 10000.0)]
     pub horizon_fh: f64,
+    /// How the growth of the life had changed by then; null where the estimator does not follow that.
+    #[schema(required)]
+    pub growth: Option<Growth>,
+    /// How the block moved the forecast; null for the first.
+    #[schema(required)]
+    pub movement: Option<Movement>,
+    /// What spoke against the forecast.
+    pub doubts: Vec<Doubt>,
 }
 
 impl From<&State> for StateItem {
@@ -136,6 +144,9 @@ impl From<&State> for StateItem {
             rul_fh: RulQuantiles::new(state.rul_mean_fh, state.rul_quantiles_fh),
             censored_fraction: state.censored_fraction,
             horizon_fh: state.horizon_fh,
+            growth: state.growth.as_ref().map(Growth::from),
+            movement: state.movement.as_ref().map(Movement::from),
+            doubts: state.doubts.iter().map(Doubt::from).collect(),
         }
     }
 }

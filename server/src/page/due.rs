@@ -29,6 +29,8 @@ const MAX_ROWS: u32 = 1000;
 struct DuePage {
     now: Timestamp,
     within_fh: f64,
+    /// The hours as people read them.
+    within_words: String,
     risk: f64,
     /// The risk in percent.
     risk_words: String,
@@ -81,6 +83,7 @@ impl DuePage {
         Self {
             now,
             within_fh: body.within_fh,
+            within_words: grouped(body.within_fh),
             risk: body.risk,
             risk_words: percent(body.risk),
             refused: None,
@@ -116,8 +119,8 @@ impl Row {
         Self {
             badge: Badge::due(item.status),
             p: match item.p.zip(item.standard_error) {
-                Some((p, error)) => format!("{} \u{b1} {:.1}", percent(p), 100.0 * error),
-                None => "unknown".to_owned(),
+                Some((p, error)) => format!("{:.1} % \u{b1} {:.1}", 100.0 * p, 100.0 * error),
+                None => none(),
             },
             safe_hours: safe.map_or_else(none, |safe| hours(safe.flight_hours)),
             safe_in: safe.map_or_else(none, |safe| hours(safe.remaining_fh)),

@@ -54,7 +54,7 @@ impl Verdict {
         let mut sentences = held("", &board.coverage);
         sentences.extend(held("Within the last 1\u{202f}000 flight hours: ", &board.coverage_below_1000_fh));
         sentences.extend(board.at_rul.iter().filter(|at| at.runs > 0).map(median_error));
-        sentences.extend(board.undecided.map(|share| {
+        sentences.extend(board.undecided.filter(|share| *share > 0.0).map(|share| {
             let percent = percent(share);
             format!("{percent} of the forecasts said nothing but \u{201c}not soon\u{201d}: their median was beyond the horizon.")
         }));

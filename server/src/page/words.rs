@@ -23,18 +23,18 @@ impl Badge {
     pub fn of(body: &RulBody) -> Self {
         let p10 = body.rul_fh.as_ref().and_then(|rul| rul.p10);
         let near = p10.is_some_and(|p10| p10 < ATTENTION_FH);
-        Self::new(body.status, near)
+        Self::new(body.status, near, "end of life near")
     }
 
     /// The badge of a component on the due list: what is known of it asks for attention.
     pub fn due(status: Status) -> Self {
-        Self::new(status, true)
+        Self::new(status, true, "due")
     }
 
-    fn new(status: Status, near: bool) -> Self {
+    fn new(status: Status, near: bool, near_words: &'static str) -> Self {
         let (rank, class, icon, words) = match status {
             Status::Failed => (0, "failed", "✖", "failed"),
-            Status::Ok | Status::BeyondHorizon if near => (1, "soon", "▲", "end of life near"),
+            Status::Ok | Status::BeyondHorizon if near => (1, "soon", "▲", near_words),
             Status::InsufficientHistory => (2, "unknown", "?", "unknown: not enough history"),
             Status::Stale => (2, "unknown", "?", "unknown: data is stale"),
             Status::Inconsistent => (2, "unknown", "?", "unknown: data contradicts the model"),

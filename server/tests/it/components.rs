@@ -7,7 +7,7 @@ use proto::{
 use serde_json::{Value, json};
 use tonic::Code;
 
-use crate::house::{House, forecast};
+use crate::house::{House, doubtful, explanation, forecast};
 
 /// A component whose serial number does not fit a path as it is, moved from one tail to another.
 const SERIAL: &str = "SN 1/\u{c4}%";
@@ -96,7 +96,12 @@ async fn pages(house: &House, path: &str, view: &str) -> Vec<v1::ListHealthRespo
 #[tokio::test]
 async fn histories_are_the_same_over_both_transports_and_both_names() {
     let house = moved().await;
-    house.work(Ok(forecast(80))).await;
+    house.work(Ok(doubtful(80))).await;
+    let state = &house.read(&format!("{COMPONENT}/health?view=states")).await["items"][0];
+    for (field, expected) in [("growth", json!(explanation().growth)), ("movement", json!(explanation().movement))] {
+        assert_eq!(state[field], expected);
+    }
+    assert_eq!(state["doubts"], json!(doubtful(80).doubts));
     let mut grpc = FleetHealthClient::new(house.channel().await);
     let place = ListHealthRequest { tail: "EC-MXB".into(), position: "AIL-L".into(), ..Default::default() };
     let unit = ListHealthRequest { part_number: "EMA-500".into(), serial_number: SERIAL.into(), ..Default::default() };

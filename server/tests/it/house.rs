@@ -318,9 +318,9 @@ fn blocks(estimates: &[Estimate], forecast: &Forecast) -> Vec<Block> {
         rul_mean_fh: forecast.rul.mean_fh(),
         censored_fraction: forecast.rul.censored_fraction(),
         horizon_fh: forecast.rul.horizon_fh(),
-        growth: None,
-        movement: None,
-        doubts: Vec::new(),
+        growth: forecast.explanation.growth.clone(),
+        movement: forecast.explanation.movement.clone(),
+        doubts: forecast.doubts.clone(),
         digest: ContentHash::of(b"block"),
     };
     estimates.iter().map(block).collect()
