@@ -3,27 +3,32 @@
 mod chart;
 mod histories;
 mod knowledge;
+mod laws;
 mod metrics;
 mod predictions;
 mod report;
 
-use std::{path::PathBuf, time::Instant};
+use std::{collections::BTreeMap, path::PathBuf, time::Instant};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use prognosis::{
-    Climatology, Estimator, Linear, PredictionSettings, Rbg, Ridge, Thesis,
-    backtest::{Replay, ReplaySettings, replay},
+    Climatology, Estimator, FleetPrior, Linear, Oracle, PredictionSettings, Rbg, Ridge, Thesis,
+    backtest::{Replay, ReplaySettings, RunScore, replay},
 };
 use rayon::prelude::*;
 
-use self::{histories::Recorded, knowledge::Knowledge, metrics::Metrics};
+use self::{
+    histories::{Files, Recorded},
+    knowledge::Knowledge,
+    metrics::Metrics,
+};
 use crate::{exit::Failure, files::output::OutputFolder};
 
 const SEED: u64 = 1;
 /// Judged where none is named.
-const DEFAULT_ESTIMATORS: &[EstimatorName] = &[EstimatorName::Rbg, EstimatorName::Thesis];
+const DEFAULT_ESTIMATORS: &[EstimatorName] = &[EstimatorName::Default, EstimatorName::Thesis];
 
 /// Judge estimators of remaining life on recorded histories of fault vectors.
 ///
@@ -37,7 +42,10 @@ const DEFAULT_ESTIMATORS: &[EstimatorName] = &[EstimatorName::Rbg, EstimatorName
   histories    run_id,<any>,t_fh,load,temp,<fault names>; empty load or temp = not known; rows in any order
   truth        run_id,t_failure_fh; the n-th --truth belongs to the n-th --histories; a run that it does
                not tell of is predicted but not judged
-  A column `regime` in either splits the metrics. All other columns are ignored.
+  growth       run_id,t_fh,growth; the n-th --growth belongs to the n-th --histories
+  A column `regime` in either of the first two splits the metrics. The oracle reads A11,A12,... and
+  B11,B12,... of truth, and the growth of growth, or 1 for a life of the regime `constant`; it leaves out
+  the lives whose growth is not told. All other columns are ignored.
 
 Example:
   actuary backtest --model models/default.json --histories histories.csv --truth truth.csv \\
@@ -52,7 +60,10 @@ pub struct Arguments {
     /// Their true failure times, for metrics.json and report.html.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     truth: Vec<PathBuf>,
-    /// An estimator to judge, repeated for several [default: rbg and thesis].
+    /// How the growth of each life changed, for --estimator oracle.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    growth: Vec<PathBuf>,
+    /// An estimator to judge, repeated for several [default: default and thesis].
     #[arg(long = "estimator", value_name = "NAME", value_enum)]
     estimators: Vec<EstimatorName>,
     /// Draws of each prediction.
@@ -81,10 +92,11 @@ pub struct Arguments {
 /// The estimators, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum EstimatorName {
-    /// The default: growth-rate filter with a fleet prior
-    #[value(alias = "default")]
+    /// rbg or rbg-jumps, as the model's prior has it
+    Default,
+    /// Growth-rate filter with a fleet prior; growth never changes
     Rbg,
-    /// The same for growth that may change in mid-life; needs --prior
+    /// The same for growth that may change in mid-life; needs a model whose prior knows that, or --prior
     #[value(alias = "rbg_jumps")]
     RbgJumps,
     /// Berri 2021, section 2.4, as it stands there
@@ -95,6 +107,8 @@ enum EstimatorName {
     Linear,
     /// Rates and biases regressed with a pull towards those of the fleet
     Ridge,
+    /// The bound: is told the law of each life by --truth and --growth
+    Oracle,
 }
 
 /// Between a tenth of an hour and more than any life.
@@ -108,57 +122,110 @@ fn hours(text: &str) -> Result<f64, String> {
 /// Judges the estimators.
 pub fn run(arguments: Arguments) -> Result<()> {
     let started = Instant::now();
-    for name in [EstimatorName::Climatology, EstimatorName::RbgJumps] {
-        if arguments.estimators.contains(&name) && arguments.prior.is_none() {
-            let name = name.to_possible_value().expect("every estimator has a name");
-            return Err(refuse(format!("--estimator {} needs the lives of --prior", name.get_name())).into());
-        }
-    }
     let out = OutputFolder::new(&arguments.out)?;
     let bar = ProgressBar::new(0);
     bar.set_style(ProgressStyle::with_template("{msg:<32} {wide_bar} {pos}/{len} {eta}").expect("a valid template"));
     bar.set_message("reading");
     let model = knowledge::read_model(&arguments.model)?;
-    let mut recorded = histories::read_all(&arguments.histories, &arguments.truth, &model.bundle().faults)?;
+    let names = chosen(&arguments, &model.bundle().prior)?;
+    let files = Files {
+        histories: &arguments.histories,
+        truths: &arguments.truth,
+        growths: &arguments.growth,
+        laws: names.contains(&EstimatorName::Oracle),
+    };
+    let mut recorded = histories::read_all(files, &model.bundle().faults)?;
     bar.set_message("learning");
-    let growth_changes = arguments.estimators.contains(&EstimatorName::RbgJumps);
+    let growth_changes = names.contains(&EstimatorName::RbgJumps);
     let knowledge = Knowledge::gather(&model, &arguments.labels, arguments.prior.as_deref(), growth_changes, SEED)?;
     for recorded in &mut recorded {
-        knowledge.set_noise(&mut recorded.run.observations);
+        knowledge.prepare(recorded);
     }
-    let estimators = estimators(&arguments.estimators, &knowledge);
+    let contestants: Vec<Contestant> = names.into_iter().map(|name| Contestant::new(name, &knowledge)).collect();
     let settings = ReplaySettings {
         every_fh: arguments.every,
         prediction: PredictionSettings { draws: arguments.draws as usize, horizon_fh: arguments.horizon },
         seed: SEED,
     };
     bar.set_message("predicting");
-    let replays = replay_all(&recorded, &estimators, &settings, &bar);
+    let replays = replay_all(&recorded, &contestants, &settings, &bar);
     bar.finish_and_clear();
     write(&out, &arguments, &Judged { recorded: &recorded, replays: &replays, knowledge: &knowledge })?;
     println!("{} in {:.0} s", arguments.out.display(), started.elapsed().as_secs_f64());
     Ok(())
 }
 
-/// The chosen estimators in the order asked for, each once.
-fn estimators<'a>(names: &[EstimatorName], knowledge: &'a Knowledge) -> Vec<Box<dyn Estimator + 'a>> {
-    let names = if names.is_empty() { DEFAULT_ESTIMATORS } else { names };
-    let first = |(i, name): &(usize, &EstimatorName)| !names[..*i].contains(name);
-    let Knowledge { faults: model, surrogate: boundary, prior, changing_prior, lives_fh, .. } = knowledge;
-    let estimator = |(_, name): (usize, &EstimatorName)| -> Box<dyn Estimator + 'a> {
-        match name {
+/// The estimators to judge in the order asked for, each once, the default by its own name.
+fn chosen(arguments: &Arguments, prior: &FleetPrior) -> Result<Vec<EstimatorName>, Failure> {
+    let asked = if arguments.estimators.is_empty() { DEFAULT_ESTIMATORS } else { &arguments.estimators };
+    let default = if prior.growth_changes.is_some() { EstimatorName::RbgJumps } else { EstimatorName::Rbg };
+    let mut names = Vec::new();
+    for name in asked {
+        let name = if *name == EstimatorName::Default { default } else { *name };
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let asked = |name| names.contains(&name);
+    let refused = match arguments {
+        Arguments { prior: None, .. } if asked(EstimatorName::Climatology) => {
+            Some("--estimator climatology needs the lives of --prior")
+        }
+        Arguments { prior: None, .. } if asked(EstimatorName::RbgJumps) && prior.growth_changes.is_none() => {
+            Some("--estimator rbg-jumps needs the lives of --prior: the model's prior knows no growth changes")
+        }
+        Arguments { truth, .. } if asked(EstimatorName::Oracle) && truth.is_empty() => {
+            Some("--estimator oracle needs --truth with A and B of each life")
+        }
+        Arguments { growth, .. } if !asked(EstimatorName::Oracle) && !growth.is_empty() => {
+            Some("--growth is for --estimator oracle alone")
+        }
+        _ => None,
+    };
+    refused.map_or(Ok(names), |reason| Err(refuse(reason.to_owned())))
+}
+
+/// What is judged. Only the oracle is told the law of a run.
+enum Contestant<'a> {
+    Estimator(Box<dyn Estimator + 'a>),
+    Oracle(&'a Knowledge),
+}
+
+impl<'a> Contestant<'a> {
+    fn new(name: EstimatorName, knowledge: &'a Knowledge) -> Self {
+        let Knowledge { faults: model, surrogate: boundary, prior, changing_prior, lives_fh, .. } = knowledge;
+        Self::Estimator(match name {
+            EstimatorName::Default => unreachable!("the default goes by its own name"),
             EstimatorName::Rbg => Box::new(Rbg { model, prior, boundary }),
             EstimatorName::RbgJumps => {
-                let prior = changing_prior.as_ref().expect("learned where it was asked for");
+                let prior = changing_prior.as_ref().expect("known or learned where it was asked for");
                 Box::new(Rbg { model, prior, boundary })
             }
             EstimatorName::Thesis => Box::new(Thesis { model, boundary }),
             EstimatorName::Climatology => Box::new(Climatology { lives_fh: lives_fh.clone() }),
             EstimatorName::Linear => Box::new(Linear { model, prior, boundary }),
             EstimatorName::Ridge => Box::new(Ridge { model, prior, boundary }),
+            EstimatorName::Oracle => return Self::Oracle(knowledge),
+        })
+    }
+
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Estimator(estimator) => estimator.name(),
+            Self::Oracle(_) => Oracle::NAME,
         }
-    };
-    names.iter().enumerate().filter(first).map(estimator).collect()
+    }
+
+    /// Nothing where the oracle is not told the law.
+    fn replay(&self, recorded: &Recorded, settings: &ReplaySettings) -> Replay {
+        match self {
+            Self::Estimator(estimator) => replay(&recorded.run, estimator.as_ref(), settings),
+            Self::Oracle(Knowledge { faults: model, surrogate: boundary, prior, .. }) => {
+                let of_law = |law| replay(&recorded.run, &Oracle { model, prior, boundary, law }, settings);
+                recorded.law.as_ref().map_or_else(Replay::default, of_law)
+            }
+        }
+    }
 }
 
 /// What one estimator made of all runs.
@@ -168,22 +235,29 @@ struct Replays {
     runs: Vec<Replay>,
 }
 
+impl Replays {
+    /// Scores by run, of those of `runs` that have one.
+    fn scores(&self, runs: &[usize]) -> BTreeMap<usize, &RunScore> {
+        runs.iter().filter_map(|&run| Some((run, self.runs[run].score.as_ref()?))).collect()
+    }
+}
+
 fn replay_all(
     recorded: &[Recorded],
-    estimators: &[Box<dyn Estimator + '_>],
+    contestants: &[Contestant],
     settings: &ReplaySettings,
     bar: &ProgressBar,
 ) -> Vec<Replays> {
-    bar.set_length((recorded.len() * estimators.len()) as u64);
-    let of_estimator = |estimator: &dyn Estimator| {
+    bar.set_length((recorded.len() * contestants.len()) as u64);
+    let of_contestant = |contestant: &Contestant| {
         let of_run = |recorded: &Recorded| {
-            let replayed = replay(&recorded.run, estimator, settings);
+            let replayed = contestant.replay(recorded, settings);
             bar.inc(1);
             replayed
         };
-        Replays { estimator: estimator.name(), runs: recorded.par_iter().map(of_run).collect() }
+        Replays { estimator: contestant.name(), runs: recorded.par_iter().map(of_run).collect() }
     };
-    estimators.par_iter().map(|estimator| of_estimator(estimator.as_ref())).collect()
+    contestants.par_iter().map(of_contestant).collect()
 }
 
 /// All there is to write about.
@@ -191,6 +265,13 @@ struct Judged<'a> {
     recorded: &'a [Recorded],
     replays: &'a [Replays],
     knowledge: &'a Knowledge,
+}
+
+impl<'a> Judged<'a> {
+    /// What an estimator made of the runs, if it is judged.
+    fn of(&self, estimator: &str) -> Option<&'a Replays> {
+        self.replays.iter().find(|replays| replays.estimator == estimator)
+    }
 }
 
 fn write(out: &OutputFolder, arguments: &Arguments, judged: &Judged) -> Result<()> {

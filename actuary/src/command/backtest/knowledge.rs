@@ -11,7 +11,10 @@ use prognosis::{
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings, SvmSettings},
 };
 
-use super::{histories, refuse};
+use super::{
+    histories::{self, Recorded},
+    laws, refuse,
+};
 use crate::{exit::Failure, files::labels};
 
 /// Farther from the boundary, on average, no recorded failure is, flight hours.
@@ -26,9 +29,9 @@ pub struct Knowledge {
     pub faults: FaultModel,
     /// Says when life ends.
     pub surrogate: Surrogate,
-    /// What earlier lives have taught.
+    /// What earlier lives have taught; growth does not change.
     pub prior: FleetPrior,
-    /// The same where growth may change, if it was asked for.
+    /// The same where growth may change, if the model knows it or files were to teach it.
     pub changing_prior: Option<FleetPrior>,
     /// Standard deviation of one observation of each fault.
     pub sigma: Vec<f64>,
@@ -44,7 +47,8 @@ pub fn read_model(file: &Path) -> Result<Model, Failure> {
 }
 
 impl Knowledge {
-    /// The model's own, but what the files teach instead; a prior of changing growth is learned from files only.
+    /// The model's own, but what the files teach instead. The model's prior without its growth changes stands
+    /// for constant growth.
     pub fn gather(
         model: &Model,
         labels: &[impl AsRef<Path>],
@@ -56,8 +60,8 @@ impl Knowledge {
         let faults = bundle.faults.clone();
         let mut knowledge = Self {
             surrogate: bundle.surrogate.clone(),
-            prior: bundle.prior.clone(),
-            changing_prior: None,
+            prior: FleetPrior { growth_changes: None, ..bundle.prior.clone() },
+            changing_prior: bundle.prior.growth_changes.is_some().then(|| bundle.prior.clone()),
             sigma: DIAGNOSIS_SD.into(),
             lives_fh: Vec::new(),
             faults,
@@ -65,7 +69,7 @@ impl Knowledge {
         if !labels.is_empty() {
             knowledge.surrogate = train_surrogate(labels, &knowledge.faults)?;
             // It was the error of another surrogate.
-            knowledge.prior.failure_time_error = None;
+            knowledge.priors().for_each(|prior| prior.failure_time_error = None);
         }
         if let Some(file) = prior {
             knowledge.learn_from(file, growth_changes, seed)?;
@@ -79,8 +83,21 @@ impl Knowledge {
         Ok(knowledge)
     }
 
+    fn priors(&mut self) -> impl Iterator<Item = &mut FleetPrior> {
+        std::iter::once(&mut self.prior).chain(&mut self.changing_prior)
+    }
+
+    /// Tells the observations of a run their noise, and the oracle how growth may go on to change.
+    pub fn prepare(&self, Recorded { run, regime, law }: &mut Recorded) {
+        self.set_noise(&mut run.observations);
+        if let Some(law) = law.as_mut().filter(|_| laws::may_change(regime.as_deref())) {
+            let changes = self.changing_prior.as_ref().and_then(|prior| prior.growth_changes);
+            law.changes = Some(changes.unwrap_or_default());
+        }
+    }
+
     /// Tells observations their noise.
-    pub fn set_noise(&self, observations: &mut [Observation]) {
+    fn set_noise(&self, observations: &mut [Observation]) {
         observations.iter_mut().for_each(|observation| observation.sigma.clone_from(&self.sigma));
     }
 
@@ -92,6 +109,7 @@ impl Knowledge {
         lives.iter_mut().for_each(|life| self.set_noise(life));
         let settings = FitSettings::default();
         self.prior = fit_prior(&lives, &self.faults, &settings).map_err(|error| refused(&error))?;
+        self.changing_prior = None;
         if growth_changes {
             let guess = self.prior.clone().with_growth_changes();
             let settings = FitSettings { rounds: GROWTH_CHANGE_ROUNDS, ..FitSettings::default() };

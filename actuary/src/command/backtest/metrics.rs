@@ -2,13 +2,14 @@
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
-use domain::Scoreboard;
+use domain::{Scoreboard, scoreboard::Coverage};
+use prognosis::Oracle;
 use prognosis::backtest::{
-    Bootstrap, BootstrapSettings, Comparison, Interval, JUDGED_RULS_FH, Replay, RunScore, scoreboard,
+    Bootstrap, BootstrapSettings, Comparison, Interval, JUDGED_RULS_FH, OracleGap, RunScore, scoreboard,
 };
 use serde::{Serialize, Serializer};
 
-use super::{Arguments, Judged, SEED};
+use super::{Arguments, Judged, Replays, SEED};
 
 /// The file.
 #[derive(Debug, Serialize)]
@@ -56,6 +57,8 @@ pub struct Runs {
     pub predicted: usize,
     /// Of known failure.
     pub judged: usize,
+    /// Of those, the ones that the oracle was told the law of; `None` without an oracle.
+    pub judged_by_oracle: Option<usize>,
 }
 
 /// One estimator.
@@ -80,6 +83,42 @@ pub struct GroupScores {
     pub intervals: Intervals,
     /// Compared with the first estimator, run by run; nothing for that one itself.
     pub against_first: Option<Comparison>,
+    /// The share of the gap between climatology and oracle that is closed, where both are judged.
+    pub oracle_gap: Option<OracleGap>,
+    /// What the estimator advised not to trust.
+    pub doubts: Doubts,
+}
+
+/// Predictions that the estimator advised not to trust, and the scores of the others.
+#[derive(Debug, Serialize)]
+pub struct Doubts {
+    /// Share of the predictions that it doubts.
+    pub doubted: Option<f64>,
+    /// Predictions that it does not doubt.
+    pub trusted_predictions: usize,
+    /// Their mean score, flight hours.
+    pub trusted_crps_fh: Option<f64>,
+    /// Their coverage.
+    pub trusted_coverage: Coverage,
+}
+
+impl Doubts {
+    fn of(scores: &[&RunScore]) -> Self {
+        let trusted = |score: &&RunScore| {
+            let mut trusted = (*score).clone();
+            trusted.predictions.retain(|prediction| !prediction.doubted);
+            trusted
+        };
+        let trusted: Vec<RunScore> = scores.iter().map(trusted).collect();
+        let board = scoreboard(&trusted.iter().collect::<Vec<_>>());
+        let all = scores.iter().map(|score| score.predictions.len()).sum::<usize>();
+        Self {
+            doubted: (all > 0).then(|| 1.0 - board.predictions as f64 / all as f64),
+            trusted_predictions: board.predictions,
+            trusted_crps_fh: board.crps_fh,
+            trusted_coverage: board.coverage,
+        }
+    }
 }
 
 /// Bootstrap intervals over runs.
@@ -144,6 +183,7 @@ impl Metrics {
             runs: Runs {
                 predicted: judged.recorded.len(),
                 judged: judged.recorded.iter().filter(|recorded| recorded.run.failure_fh.is_some()).count(),
+                judged_by_oracle: judged.of(Oracle::NAME).map(|oracle| oracle.scores(&all_runs(judged)).len()),
             },
             estimators: estimators.collect(),
         }
@@ -152,26 +192,33 @@ impl Metrics {
     /// A line per estimator and group of runs.
     pub fn summary(&self) -> String {
         let mut table = format!(
-            "{:<11} {:<12} {:>5} {:>8} {:>7} {:>7}   {}\n",
-            "estimator", "runs", "", "CRPS h", "80 %", "95 %", "median error at 3000 / 1500 / 500 h"
+            "{:<11} {:<12} {:>5} {:>8} {:>7} {:>7} {:>7} {:>7}   {}\n",
+            "estimator", "runs", "", "CRPS h", "80 %", "95 %", "doubted", "gap", "median error at 3000 / 1500 / 500 h"
         );
         for judgement in &self.estimators {
-            for (group, GroupScores { board, .. }) in judgement.groups() {
+            for (group, GroupScores { board, doubts, oracle_gap, .. }) in judgement.groups() {
                 let number = |value: Option<f64>, digits| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
                 let errors: Vec<_> = board.at_rul.iter().map(|at| percent(at.runs, at.relative_error)).collect();
                 writeln!(
                     table,
-                    "{:<11} {:<12} {:>5} {:>8} {:>7} {:>7}   {}",
+                    "{:<11} {:<12} {:>5} {:>8} {:>7} {:>7} {:>7} {:>7}   {}",
                     judgement.estimator,
                     group,
                     board.runs,
                     number(board.crps_fh, 1),
                     number(board.coverage.level_80, 3),
                     number(board.coverage.level_95, 3),
+                    number(doubts.doubted, 3),
+                    number(oracle_gap.as_ref().map(|gap| gap.closed), 3),
                     errors.join(" / ")
                 )
                 .expect("writing to a string");
             }
+        }
+        if let Some(told) = self.runs.judged_by_oracle.filter(|told| *told < self.runs.judged) {
+            let runs = self.runs.judged;
+            writeln!(table, "the law of {} of {runs} runs is not known: the oracle leaves them out", runs - told)
+                .expect("writing to a string");
         }
         table
     }
@@ -180,17 +227,20 @@ impl Metrics {
 impl Judgement {
     fn new(index: usize, judged: &Judged) -> Self {
         let replays = &judged.replays[index];
-        let (ours, first) = (Groups::of(&replays.runs, judged), Groups::of(&judged.replays[0].runs, judged));
-        let scores = |ours: &[&RunScore], first: &[&RunScore]| GroupScores {
-            board: scoreboard(ours),
-            intervals: Intervals::of(ours),
-            against_first: (index > 0).then(|| Comparison::of(ours, first, &BootstrapSettings::default())).flatten(),
+        let scores = |runs: &[usize]| {
+            let ours: Vec<&RunScore> = replays.scores(runs).into_values().collect();
+            GroupScores {
+                board: scoreboard(&ours),
+                intervals: Intervals::of(&ours),
+                against_first: (index > 0).then(|| against(replays, &judged.replays[0], runs)).flatten(),
+                oracle_gap: oracle_gap(replays, judged, runs),
+                doubts: Doubts::of(&ours),
+            }
         };
-        let regimes = ours.regimes.iter().zip(first.regimes.values());
         Self {
             estimator: replays.estimator,
-            all: scores(&ours.all, &first.all),
-            regimes: regimes.map(|((regime, ours), first)| ((*regime).to_owned(), scores(ours, first))).collect(),
+            all: scores(&all_runs(judged)),
+            regimes: regimes(judged).into_iter().map(|(regime, runs)| (regime.to_owned(), scores(&runs))).collect(),
         }
     }
 
@@ -200,24 +250,42 @@ impl Judgement {
     }
 }
 
-/// The scores of one estimator, of all runs and by regime.
-struct Groups<'a> {
-    all: Vec<&'a RunScore>,
-    regimes: BTreeMap<&'a str, Vec<&'a RunScore>>,
+/// Compared with another estimator on the runs that both have scores of.
+fn against(ours: &Replays, theirs: &Replays, runs: &[usize]) -> Option<Comparison> {
+    let [ours, theirs] = in_common([ours, theirs], runs);
+    Comparison::of(&ours, &theirs, &BootstrapSettings::default())
 }
 
-impl<'a> Groups<'a> {
-    fn of(runs: &'a [Replay], judged: &'a Judged) -> Self {
-        let mut groups = Self { all: Vec::new(), regimes: BTreeMap::new() };
-        for (recorded, replay) in judged.recorded.iter().zip(runs) {
-            let Some(score) = &replay.score else { continue };
-            groups.all.push(score);
-            if let Some(regime) = &recorded.regime {
-                groups.regimes.entry(regime).or_default().push(score);
-            }
-        }
-        groups
+/// Of what is neither climatology nor oracle.
+fn oracle_gap(ours: &Replays, judged: &Judged, runs: &[usize]) -> Option<OracleGap> {
+    let (climatology, oracle) = (judged.of("climatology")?, judged.of(Oracle::NAME)?);
+    if [climatology.estimator, oracle.estimator].contains(&ours.estimator) {
+        return None;
     }
+    let [ours, climatology, oracle] = in_common([ours, climatology, oracle], runs);
+    OracleGap::of(&ours, &climatology, &oracle, &BootstrapSettings::default())
+}
+
+/// Scores of the runs that all have scores of, in their order.
+fn in_common<'a, const N: usize>(estimators: [&'a Replays; N], runs: &[usize]) -> [Vec<&'a RunScore>; N] {
+    let known = |run: &usize| estimators.iter().all(|replays| replays.runs[*run].score.is_some());
+    let runs: Vec<usize> = runs.iter().copied().filter(known).collect();
+    estimators.map(|replays| replays.scores(&runs).into_values().collect())
+}
+
+fn all_runs(judged: &Judged) -> Vec<usize> {
+    (0..judged.recorded.len()).collect()
+}
+
+/// The runs of each regime.
+fn regimes<'a>(judged: &Judged<'a>) -> BTreeMap<&'a str, Vec<usize>> {
+    let mut regimes: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (run, recorded) in judged.recorded.iter().enumerate() {
+        if let (Some(regime), Some(_)) = (&recorded.regime, recorded.run.failure_fh) {
+            regimes.entry(regime).or_default().push(run);
+        }
+    }
+    regimes
 }
 
 /// A relative error in per cent: beyond the horizon, or of no run at all.

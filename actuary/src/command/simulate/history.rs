@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use ema::{
     lf2::Parameters,
     scenario::Scenario,
-    wear::{LifeHistory, Regime, simulate_life_of},
+    wear::{FAULTS, LifeHistory, Regime, simulate_life_of},
 };
 use pipeline::Progress;
 use rayon::prelude::*;
@@ -20,7 +20,12 @@ use crate::{
     progress::Bar,
 };
 
-/// Write histories of fault vectors from new to failure, with their true failure times.
+/// Columns of B: u = [1, load, temperature].
+const INPUTS: usize = 3;
+
+/// Write histories of fault vectors from new to failure, with their true failure times and laws.
+///
+/// truth.csv tells A and B of x' = g A x + B u + noise for each life, growth.csv when g changed.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  actuary simulate history --runs 100 --seed 7 --out histories\n  \
 actuary simulate history --runs 100 --seed 7 --scenario maintenance --out repaired")]
@@ -34,7 +39,7 @@ pub struct Arguments {
     /// What is hard about the fleet.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = ScenarioName::Standard)]
     scenario: ScenarioName,
-    /// Folder for histories.csv and truth.csv: made if need be, files of these names are replaced.
+    /// Folder for histories.csv, truth.csv and growth.csv: made if need be, files of these names are replaced.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -99,19 +104,34 @@ fn regime(run: u64) -> Regime {
     if run.is_multiple_of(2) { Regime::Constant } else { Regime::Varying }
 }
 
-/// `histories.csv` and `truth.csv`, as the file contract has them.
+/// `histories.csv`, `truth.csv` and `growth.csv`, as the file contract has them.
 fn write(draft: &Draft, lives: &[LifeHistory]) -> io::Result<()> {
     draft.file("histories.csv", |writer| {
         writeln!(writer, "run_id,regime,t_fh,load,temp,k1,k2,k3,k4,k5")?;
         (0u64..).zip(lives).try_for_each(|(run, life)| write_history(writer, run, life))
     })?;
     draft.file("truth.csv", |writer| {
-        writeln!(writer, "run_id,regime,t_failure_fh,n_obs,dominant_mode")?;
-        (0u64..).zip(lives).try_for_each(|(run, life)| {
-            let (failure, mode) = (life.t_failure_fh, life.law.dominant_mode);
-            writeln!(writer, "{run},{},{failure},{},{mode}", regime(run).as_str(), life.t_fh.len())
-        })
+        write!(writer, "run_id,regime,t_failure_fh,n_obs,dominant_mode")?;
+        let names =
+            |letter, columns| (1..=FAULTS).flat_map(move |i| (1..=columns).map(move |j| format!(",{letter}{i}{j}")));
+        names('A', FAULTS).chain(names('B', INPUTS)).try_for_each(|name| write!(writer, "{name}"))?;
+        writeln!(writer)?;
+        (0u64..).zip(lives).try_for_each(|(run, life)| write_truth(writer, run, life))
+    })?;
+    draft.file("growth.csv", |writer| {
+        writeln!(writer, "run_id,t_fh,growth")?;
+        let rows = (0u64..).zip(lives).flat_map(|(run, life)| life.law.growth.iter().map(move |row| (run, row, life)));
+        let mut lived = rows.filter(|(_, (t_fh, _), life)| *t_fh <= life.t_failure_fh);
+        lived.try_for_each(|(run, (t_fh, growth), _)| writeln!(writer, "{run},{t_fh},{growth}"))
     })
+}
+
+fn write_truth(writer: &mut dyn Write, run: u64, life: &LifeHistory) -> io::Result<()> {
+    let LifeHistory { law, t_failure_fh, t_fh, .. } = life;
+    write!(writer, "{run},{},{t_failure_fh},{},{}", regime(run).as_str(), t_fh.len(), law.dominant_mode)?;
+    let entries = law.state_matrix.iter().flatten().chain(law.control_matrix.iter().flatten());
+    entries.into_iter().try_for_each(|entry| write!(writer, ",{entry:e}"))?;
+    writeln!(writer)
 }
 
 fn write_history(writer: &mut dyn Write, run: u64, life: &LifeHistory) -> io::Result<()> {

@@ -116,7 +116,8 @@ pub fn observation_error(page: &mut Page) {
 pub fn predictions(page: &mut Page) {
     for (run, group) in typical(page) {
         let replays = page.judged.replays.iter().enumerate();
-        let panels = replays.map(|(i, replays)| Panel {
+        let told = replays.filter(|(_, replays)| !replays.runs[run].predictions.is_empty());
+        let panels = told.map(|(i, replays)| Panel {
             title: replays.estimator.to_owned(),
             svg: life(page, run, &class(i), &replays.runs[run].predictions, replays.estimator),
         });

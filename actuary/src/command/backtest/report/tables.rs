@@ -56,21 +56,44 @@ pub fn scores(page: &mut Page) {
             row(&mut rows, i == 0, judgement.estimator, &group, &score_cells(scores));
         }
     }
-    page.table(
+    let judged_by_oracle = oracle_words(page);
+    let caption = format!(
+        "{}{judged_by_oracle}",
         concat!(
             "Scores. The difference is that of the mean CRPS to the first estimator on the same runs: an interval without ",
-            "zero is a difference that the choice of runs does not explain; below it the share of runs that are better."
-        ),
+            "zero is a difference that the choice of runs does not explain; below it the share of runs that are better. ",
+            "Coverage, gap and the last two columns are in per cent."
+        )
+    );
+    page.table(
+        &caption,
         concat!(
             "<tr><th>estimator</th><th>runs</th><th>CRPS<br>h</th><th>difference<br>h</th><th>80 %<br>covers</th>",
             "<th>95 %<br>covers</th><th>80 %, last<br>1000 h</th><th>95 %, last<br>1000 h</th><th>horizon<br>&plusmn; 25 %, h</th>",
-            "<th>horizon<br>10 % of life, h</th><th>relative<br>accuracy</th><th>don&rsquo;t<br>know</th></tr>"
+            "<th>horizon<br>10 % of life, h</th><th>relative<br>accuracy</th><th>gap<br>closed</th><th>beyond<br>horizon</th><th>doubted</th></tr>"
         ),
         &with_minus_signs(&rows),
     );
 }
 
-fn score_cells(GroupScores { board, intervals, against_first }: &GroupScores) -> String {
+/// Which runs the oracle was told of, and what its gap is.
+fn oracle_words(page: &Page) -> String {
+    let Some(runs) = page.metrics.runs.judged_by_oracle else { return String::new() };
+    let left_out = page.metrics.runs.judged - runs;
+    let words = match left_out {
+        0 => String::new(),
+        _ => format!(
+            " The law of {left_out} of {} runs is not known: the oracle and what is compared with it leave them out.",
+            page.metrics.runs.judged
+        ),
+    };
+    format!(
+        "{words} Gap closed: the share of the way from the CRPS of climatology to that of the oracle, on the same runs."
+    )
+}
+
+fn score_cells(scores: &GroupScores) -> String {
+    let GroupScores { board, intervals, against_first, oracle_gap, doubts } = scores;
     let hours = |value: Option<f64>, interval: Option<Interval>| cell(value, interval, |value| format!("{value:.0}"));
     let share = |value, interval| cell(value, interval, |value| format!("{:.0}", 100.0 * value));
     let difference = match against_first {
@@ -92,7 +115,9 @@ fn score_cells(GroupScores { board, intervals, against_first }: &GroupScores) ->
         hours(board.prognostic_horizon.median_fh, intervals.horizon_fh),
         hours(board.life_horizon.sustained_median_fh, intervals.sustained_life_horizon_fh),
         cell(board.cumulative_relative_accuracy, None, |value| format!("{value:.2}")),
-        cell(board.undecided, None, |value| format!("{:.0} %", 100.0 * value)),
+        share(oracle_gap.as_ref().map(|gap| gap.closed), oracle_gap.as_ref().and_then(|gap| gap.interval)),
+        share(board.undecided, None),
+        share(doubts.doubted, None),
     ]
     .concat()
 }
