@@ -60,7 +60,7 @@ impl Follower for Life<'_> {
         RulEstimate {
             ends_fh: forecast(&posterior, lag_fh, self.boundary, self.error, &settings, stream).ends_fh,
             propagation: Some(posterior.propagation()),
-            doubted: false,
+            doubted: self.filter.doubt().is_some(),
         }
     }
 }

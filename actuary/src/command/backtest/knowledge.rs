@@ -7,7 +7,8 @@ use domain::FaultModel;
 use ema::wear::DIAGNOSIS_SD;
 use pipeline::{Labels, Model};
 use prognosis::{
-    FinishedLife, FitSettings, FleetPrior, Observation, fit_failure_time_error, fit_noise, fit_prior, fit_prior_from,
+    FinishedLife, FitSettings, FleetPrior, Observation, fit_consistency, fit_failure_time_error, fit_noise, fit_prior,
+    fit_prior_from,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings, SvmSettings},
 };
 
@@ -60,7 +61,7 @@ impl Knowledge {
         let faults = bundle.faults.clone();
         let mut knowledge = Self {
             surrogate: bundle.surrogate.clone(),
-            prior: FleetPrior { growth_changes: None, ..bundle.prior.clone() },
+            prior: without_growth_changes(&bundle.prior),
             changing_prior: bundle.prior.growth_changes.is_some().then(|| bundle.prior.clone()),
             sigma: DIAGNOSIS_SD.into(),
             lives_fh: Vec::new(),
@@ -116,6 +117,9 @@ impl Knowledge {
             let prior = fit_prior_from(guess, &lives, &self.faults, &settings);
             self.changing_prior = Some(prior.map_err(|error| refused(&error))?);
         }
+        for prior in [&mut self.prior].into_iter().chain(&mut self.changing_prior) {
+            prior.consistency = fit_consistency(&lives, &self.faults, prior);
+        }
         let finished = |observations: Vec<Observation>| FinishedLife {
             failure_fh: observations.last().expect("a history has a row").t_fh,
             observations,
@@ -135,6 +139,12 @@ impl Knowledge {
         }
         Ok(())
     }
+}
+
+/// The limits of what is like the fleet were learned with the changes.
+fn without_growth_changes(prior: &FleetPrior) -> FleetPrior {
+    let consistency = prior.consistency.filter(|_| prior.growth_changes.is_none());
+    FleetPrior { growth_changes: None, consistency, ..prior.clone() }
 }
 
 /// Margins teach one regression per figure, verdicts alone a support vector machine.
