@@ -65,9 +65,6 @@ pub enum WorkerError {
         /// What is wrong with it.
         reason: String,
     },
-    /// There is nothing to learn from lives that are finished.
-    #[error("a prior cannot be learned: {0}")]
-    Lesson(String),
     /// The analysis of the whole life failed, not that of one upload.
     #[error("analysis of a life: {0}")]
     Analysis(#[from] pipeline::OutlookError),
