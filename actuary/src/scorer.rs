@@ -48,3 +48,94 @@ fn median_error(before: &[&Prognosis], failure_fh: f64, rul_fh: f64) -> Option<f
     let median = nearest.forecast.as_ref().ok()?.rul.quantile_fh(0.5);
     Some(median.map_or(f64::INFINITY, |median_fh| metrics::relative_error(median_fh, truth_fh(nearest))))
 }
+
+#[cfg(test)]
+mod tests {
+    use domain::{
+        AsOf, Component, ContentHash, Explanation, Life, NUMERICS_VERSION, Propagation, RulDistribution, Timestamp,
+        prognosis::Forecast,
+    };
+
+    use super::*;
+
+    const FAILURE_FH: f64 = 3000.0;
+
+    /// Issued at `t_fh`, with as many draws before the truth as behind it, from `low` to `high` times the
+    /// truth; a tenth of them beyond the horizon.
+    fn issued(t_fh: f64, low: f64, high: f64) -> Prognosis {
+        let truth_fh = FAILURE_FH - t_fh;
+        let share = |i: usize| low + (high - low) * i as f64 / 899.0;
+        let ends: Vec<Option<f64>> = (0..1000).map(|i| (i < 900).then(|| truth_fh * share(i))).collect();
+        let propagation = Propagation {
+            state_matrix: Vec::new(),
+            state_matrix_sigma: Vec::new(),
+            control_matrix: Vec::new(),
+            control_matrix_sigma: Vec::new(),
+            estimator: "rbg".to_owned(),
+            observations: 1,
+        };
+        let forecast = Forecast {
+            faults: Vec::new(),
+            dominant_fault: "k1".to_owned(),
+            propagation,
+            rul: RulDistribution::from_draws(&ends, HORIZON_FH),
+            p10_error_fh: None,
+            median_error_fh: None,
+            probability_failed: 0.0,
+            seed: 1,
+            explanation: Explanation::default(),
+            doubts: Vec::new(),
+        };
+        Prognosis {
+            as_of: AsOf {
+                flight_hours: t_fh,
+                recorded_at: Timestamp::from_micros(0),
+                upload_id: "u".parse().expect("a name"),
+            },
+            forecast: Ok(forecast),
+            load: None,
+            mask_id: ContentHash::of(b"mask"),
+            model: ContentHash::of(b"model"),
+            prior: ContentHash::of(b"prior"),
+            generation: 1,
+            numerics_version: NUMERICS_VERSION,
+            inputs_digest: ContentHash::of(b"inputs"),
+        }
+    }
+
+    fn life(prognoses: Vec<Prognosis>) -> IssuedLife {
+        let component = Component {
+            operator: Default::default(),
+            part_number: "P".parse().expect("a part number"),
+            serial_number: "S".parse().expect("a serial number"),
+        };
+        IssuedLife { life: Life { component, overhaul_index: 0 }, failure_fh: FAILURE_FH, prognoses }
+    }
+
+    #[test]
+    fn forecasts_are_judged_by_when_their_life_failed() {
+        let good = life(vec![issued(1000.0, 0.5, 1.4), issued(1490.0, 0.5, 1.4), issued(2450.0, 0.5, 1.4)]);
+        // Too late by a half, said with a certainty that never holds; and one that came after the end.
+        let bad = life(vec![issued(1000.0, 1.5, 1.6), issued(1580.0, 1.5, 1.6), issued(3000.0, 1.5, 1.6)]);
+        let board = IssuedScorer.score(&[good, bad]);
+        assert_eq!((board.runs, board.predictions), (2, 5));
+        assert_eq!(board.coverage.level_80, Some(3.0 / 5.0));
+        assert_eq!(board.coverage_below_1000_fh.level_80, Some(1.0));
+        assert_eq!(board.undecided, Some(0.0));
+        let errors: Vec<_> = board.at_rul.iter().map(|at| (at.rul_fh, at.runs, at.relative_error)).collect();
+        // The median of 900 known draws and 100 beyond the horizon is the 500th of them.
+        let of_known = |low: f64, high: f64| low + (high - low) * 499.5 / 899.0 - 1.0;
+        let expected = 0.5 * (of_known(0.5, 1.4) + of_known(1.5, 1.6));
+        assert_eq!((errors[0].1, errors[0].2), (0, None), "no forecast was issued near 3,000 h of remaining life");
+        assert_eq!((errors[1].0, errors[1].1), (1500.0, 2));
+        assert!((errors[1].2.expect("known") - expected).abs() < 1e-6, "{errors:?}");
+        assert_eq!((errors[2].0, errors[2].1), (500.0, 1));
+    }
+
+    #[test]
+    fn a_life_without_forecasts_meets_nothing() {
+        let board = IssuedScorer.score(&[life(Vec::new())]);
+        assert_eq!((board.runs, board.predictions, board.crps_fh), (1, 0, None));
+        assert_eq!(board.prognostic_horizon.met, Some(0.0));
+    }
+}
