@@ -1,7 +1,7 @@
 //! Estimators on recorded lives, as a user runs them.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
     process::Command,
@@ -198,9 +198,97 @@ fn surrogate_prior_and_noise_are_learned_from_files() {
 #[test]
 fn what_is_learned_from_earlier_lives_only_is_refused_without_them_in_one_line() {
     let bench = Bench::new();
+    let model = without_growth_changes(&bench);
+    let files = ["--model", &model, "--histories", &fixture("rul/histories.csv")];
     for estimator in ["climatology", "rbg-jumps"] {
-        let refused = bench.refused(&["--histories", &fixture("rul/histories.csv"), "--estimator", estimator]);
+        let refused = bench.refused(&[&files[..], &["--estimator", estimator]].concat());
         assert!(refused.contains(estimator) && refused.contains("--prior"), "{refused}");
+    }
+}
+
+/// The bundle with a prior of constant growth.
+fn without_growth_changes(bench: &Bench) -> String {
+    let mut bundle: Value =
+        serde_json::from_str(&fs::read_to_string(workspace().join("models/default.json")).unwrap()).unwrap();
+    bundle["prior"].as_object_mut().unwrap().remove("growth_changes");
+    bench.file("constant.json", &bundle.to_string())
+}
+
+#[test]
+fn the_default_is_what_the_prior_of_the_model_has() {
+    let bench = Bench::new();
+    let constant = without_growth_changes(&bench);
+    let mut bundle: Value = serde_json::from_str(&bench.read("constant.json")).unwrap();
+    bundle["prior"]["growth_changes"] = serde_json::json!({ "probability": 0.5, "start": 0.75, "interval_fh": 2100.0,
+        "mean_increase": 1.0, "largest_factor": 3.0, "particles": 9 });
+    let changing = bench.file("changing.json", &bundle.to_string());
+    let histories = fixture("rul/histories.csv");
+    let estimators = |out: &str, model: &str, names: &[&str]| {
+        let files = ["--model", model, "--histories", &histories, "--every", "2000"];
+        let named: Vec<&str> = names.iter().flat_map(|name| ["--estimator", name]).collect();
+        bench.run(out, &[&files[..], &named].concat());
+        let predictions = bench.read(&format!("{out}/predictions.csv"));
+        let names = predictions.lines().skip(1).map(|line| line.split(',').next().unwrap().to_owned());
+        (names.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>(), predictions)
+    };
+    assert_eq!(estimators("a", &constant, &["default", "rbg"]).0, ["rbg"]);
+    assert_eq!(estimators("b", &changing, &["default"]).0, ["rbg_jumps"]);
+    assert_eq!(estimators("c", &changing, &["rbg", "rbg-jumps", "default"]).0, ["rbg", "rbg_jumps"]);
+    let (names, without_changes) = estimators("d", &changing, &["rbg"]);
+    assert_eq!((names, without_changes), (vec!["rbg".to_owned()], estimators("e", &constant, &["rbg"]).1));
+}
+
+#[test]
+fn the_oracle_is_told_laws_and_bounds_what_the_others_know() {
+    let bench = Bench::new();
+    let simulate = |out: &str, seed: &str| {
+        let arguments = ["simulate", "history", "--runs", "6", "--seed", seed, "--out", &bench.path(out)];
+        assert!(Command::new(tests::binary()).args(arguments).status().unwrap().success());
+        ["histories", "truth", "growth"].map(|file| bench.path(&format!("{out}/{file}.csv")))
+    };
+    let [histories, truth, growth] = simulate("fleet", "5");
+    let [prior, ..] = simulate("earlier", "6");
+    let files = ["--histories", &histories, "--truth", &truth, "--prior", &prior, "--every", "600"];
+    let names = ["--estimator", "rbg", "--estimator", "climatology", "--estimator", "oracle"];
+    bench.run("told", &[&files[..], &names, &["--growth", &growth]].concat());
+    let metrics: Value = serde_json::from_str(&bench.read("told/metrics.json")).unwrap();
+    assert_eq!((&metrics["runs"]["judged"], &metrics["runs"]["judged_by_oracle"]), (&6.into(), &6.into()));
+    let of = |metrics: &Value, estimator: &str, path: &str| {
+        metrics["estimators"][estimator]["all"].pointer(path).and_then(Value::as_f64).unwrap()
+    };
+    let [rbg, climatology, oracle] = ["rbg", "climatology", "oracle"].map(|name| of(&metrics, name, "/crps_fh"));
+    assert!(oracle < 0.8 * climatology && oracle < rbg, "{oracle} {rbg} {climatology}");
+    let closed = (climatology - rbg) / (climatology - oracle);
+    assert!((of(&metrics, "rbg", "/oracle_gap/closed") - closed).abs() < 1e-9);
+    assert!(bench.read("told/report.html").contains("Gap closed"));
+
+    // Growth of the runs that may change is not told.
+    let output = bench.command("untold", &[&files[..], &names].concat()).output().unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    assert!(printed.contains("the law of 3 of 6 runs is not known"), "{printed}");
+    let metrics: Value = serde_json::from_str(&bench.read("untold/metrics.json")).unwrap();
+    assert_eq!((metrics["runs"]["judged_by_oracle"].as_u64(), of(&metrics, "oracle", "/runs")), (Some(3), 3.0));
+    assert_eq!((of(&metrics, "rbg", "/runs"), of(&metrics, "rbg", "/oracle_gap/runs")), (6.0, 3.0));
+    let predictions = rows(&bench.read("untold/predictions.csv"));
+    let of_oracle: BTreeSet<&str> =
+        predictions.keys().filter(|key| key[0] == "oracle").map(|key| key[1].as_str()).collect();
+    assert_eq!(of_oracle.into_iter().collect::<Vec<_>>(), ["0", "2", "4"], "those of constant growth");
+
+    let bare = bench.file("bare.csv", "run_id,t_failure_fh\n0,3000\n");
+    let refused = bench.refused(&["--histories", &histories, "--estimator", "oracle", "--truth", &bare]);
+    assert!(refused.contains("bare.csv: column A11 is missing") && refused.contains("oracle"), "{refused}");
+    let twice = bench.file("twice.csv", "run_id,t_fh,growth\n1,0,1\n1,0,2\n");
+    for (more, words) in [
+        (vec!["--estimator", "oracle"], "--estimator oracle needs --truth"),
+        (vec!["--estimator", "rbg", "--growth", &growth], "--growth is for --estimator oracle alone"),
+        (vec!["--estimator", "oracle", "--truth", &truth, "--growth", &growth, &growth], "--growth names 2 files"),
+        (
+            vec!["--estimator", "oracle", "--truth", &truth, "--growth", &twice],
+            "twice.csv, row 3, column growth: run 1",
+        ),
+    ] {
+        let refused = bench.refused(&[&["--histories", &histories][..], &more].concat());
+        assert!(refused.contains(words), "{refused} should say {words}");
     }
 }
 
@@ -232,17 +320,26 @@ fn bad_files_are_refused_in_one_line() {
         ("0,c,2,1,warm,0,0,0,.5,.5", "bad.csv, row 3, column temp: \"warm\" is not a number"),
         (",c,2,1,0,0,0,0,.5,.5", "bad.csv, row 3, column run_id: empty"),
         ("0,c,2,1,0,0,0,0,.5", "bad.csv, row 3"),
+        ("0,v,2,1,0,0,0,0,.5,.5", "bad.csv, row 3, column regime: run 0 is of regime \"c\" in a row before"),
     ] {
         says(bench.refused(&["--histories", &rows(row)]), words);
     }
     let short = bench.file("short.csv", "run_id,t_fh,k1\n0,0,0\n");
     says(bench.refused(&["--histories", &short]), "short.csv: column k2 is missing");
     says(bench.refused(&["--histories", "none.csv"]), "none.csv");
+    says(bench.refused(&["--histories", &bench.file("empty.csv", "")]), "empty.csv: is empty");
+    says(bench.refused(&["--histories", &bench.file("bare.csv", header)]), "bare.csv: has no rows");
     says(bench.refused(&["--histories", &good, &good]), "called histories");
     says(bench.refused(&["--histories", &good, "--truth", &good, &good]), "--truth names 2 files");
     let truth = |rows: &str| bench.file("truth.csv", &format!("run_id,t_failure_fh\n{rows}"));
     says(bench.refused(&["--histories", &good, "--truth", &truth("7,100")]), "truth.csv: tells of no run");
     says(bench.refused(&["--histories", &good, "--truth", &truth("5,100\n5,200")]), "run 5 is there twice");
+    says(bench.refused(&["--histories", &good, "--truth", &truth("")]), "truth.csv: has no rows");
+    let late = bench.file("late.csv", &format!("{header}5,c,300,1,0,0,0,0,.5,.5\n5,c,302,1,0,0,0,0,.5,.5\n"));
+    says(
+        bench.refused(&["--histories", &late, "--truth", &truth("5,200")]),
+        "truth.csv, row 2, column t_failure_fh: run 5 fails at 200 h, before its first observation at 300 h",
+    );
     says(bench.refused(&["--histories", &good, "--truth", &truth("5,inf")]), "truth.csv, row 2, column t_failure_fh");
     says(bench.refused(&["--histories", &good, "--labels", &truth("5,100")]), "truth.csv: column k1 is missing");
     let healthy = bench.file("labels.csv", "k1,k2,k3,k4,k5,label\n0,0,0,.5,.5,healthy\n");
@@ -264,6 +361,38 @@ fn a_life_of_one_observation_and_one_with_gaps_are_predicted_or_passed_over() {
     let rows = rows(&bench.read("out/predictions.csv"));
     let times: Vec<&str> = rows.keys().filter(|key| key[0] == "rbg").map(|key| key[2].as_str()).collect();
     assert_eq!(times, ["1200", "1600", "400", "800"], "of run b, within its history");
+}
+
+/// A life that starts damaged is predicted, and its end is sooner than that of a new one; a run without truth is
+/// predicted but not judged.
+#[test]
+fn a_life_that_starts_damaged_ends_sooner() {
+    let bench = Bench::new();
+    let life = |id: &str, damage: f64| {
+        let row = |i: usize| {
+            let noise = [0.003, -0.004, 0.006, -0.002, -0.003][i % 5];
+            let [short, off] = [damage + noise, 0.5 + 2.0 * noise];
+            format!(
+                "{id},x,{},1,0,{short:.4},{:.4},{:.4},{off:.4},{off:.4}\n",
+                2 * i,
+                noise.max(0.0),
+                (-noise).max(0.0)
+            )
+        };
+        (0..500).map(row).collect::<String>()
+    };
+    let header = "run_id,any,t_fh,load,temp,k1,k2,k3,k4,k5\n";
+    let lives = bench.file("lives.csv", &format!("{header}{}{}", life("new", 0.01), life("damaged", 0.1)));
+    let truth = bench.file("truth.csv", "run_id,t_failure_fh\nnew,3000\n");
+    bench.run("out", &["--histories", &lives, "--truth", &truth, "--estimator", "default"]);
+    let metrics: Value = serde_json::from_str(&bench.read("out/metrics.json")).unwrap();
+    assert_eq!((&metrics["runs"]["predicted"], &metrics["runs"]["judged"]), (&2.into(), &1.into()));
+    let rows = rows(&bench.read("out/predictions.csv"));
+    let mean = |run: &str| {
+        let row = rows.iter().find(|(key, _)| key[1] == run && key[2] == "800").unwrap().1;
+        row[3].parse::<f64>().unwrap()
+    };
+    assert!(mean("damaged") < 0.8 * mean("new"), "{} and {}", mean("damaged"), mean("new"));
 }
 
 /// The 100 benchmark lives; an independent prototype of the thesis's estimator scores 6400 h.
