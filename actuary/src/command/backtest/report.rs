@@ -11,7 +11,7 @@ use super::{Judged, Replays, histories::Recorded, metrics::Metrics};
 
 const STYLE: &str = include_str!("report.css");
 /// Colours and dashes of the style.
-const CLASSES: usize = 6;
+const CLASSES: usize = 7;
 /// Size of a chart, pixels.
 const SIZE: [f64; 2] = [400.0, 270.0];
 

@@ -62,7 +62,7 @@ pub fn scores(page: &mut Page) {
         concat!(
             "Scores. The difference is that of the mean CRPS to the first estimator on the same runs: an interval without ",
             "zero is a difference that the choice of runs does not explain; below it the share of runs that are better. ",
-            "Coverage, gap and the last two columns are in per cent."
+            "Coverage, gap and the last column are in per cent."
         )
     );
     page.table(
@@ -70,7 +70,7 @@ pub fn scores(page: &mut Page) {
         concat!(
             "<tr><th>estimator</th><th>runs</th><th>CRPS<br>h</th><th>difference<br>h</th><th>80 %<br>covers</th>",
             "<th>95 %<br>covers</th><th>80 %, last<br>1000 h</th><th>95 %, last<br>1000 h</th><th>horizon<br>&plusmn; 25 %, h</th>",
-            "<th>horizon<br>10 % of life, h</th><th>relative<br>accuracy</th><th>gap<br>closed</th><th>beyond<br>horizon</th><th>doubted</th></tr>"
+            "<th>horizon<br>10 % of life, h</th><th>relative<br>accuracy</th><th>gap<br>closed</th><th>beyond horizon,<br>doubted</th></tr>"
         ),
         &with_minus_signs(&rows),
     );
@@ -116,10 +116,15 @@ fn score_cells(scores: &GroupScores) -> String {
         hours(board.life_horizon.sustained_median_fh, intervals.sustained_life_horizon_fh),
         cell(board.cumulative_relative_accuracy, None, |value| format!("{value:.2}")),
         share(oracle_gap.as_ref().map(|gap| gap.closed), oracle_gap.as_ref().and_then(|gap| gap.interval)),
-        share(board.undecided, None),
-        share(doubts.doubted, None),
+        undecided_or_doubted(board.undecided, doubts.doubted),
     ]
     .concat()
+}
+
+/// Two shares, one over the other.
+fn undecided_or_doubted(undecided: Option<f64>, doubted: Option<f64>) -> String {
+    let per_cent = |share: Option<f64>| share.map_or("&ndash;".to_owned(), |share| format!("{:.1}", 100.0 * share));
+    format!("<td>{}<br><small>{}</small></td>", per_cent(undecided), per_cent(doubted))
 }
 
 /// A value over its interval.
