@@ -26,13 +26,15 @@ use crate::{
 };
 
 /// Share of the lives of a fleet that any one of the limits is ever exceeded in.
-const FALSE_ALARMS: f64 = 0.003;
+const FALSE_ALARMS: f64 = 0.001;
 /// Fewest lives that teach limits.
 const MIN_LIVES: usize = 20;
 /// Faults nearer to nominal than so many standard deviations of an observation may have been clipped.
 const CLEARANCE: f64 = 3.0;
 /// Fewest scatters, of one fault in one block each, that say anything.
 const MIN_SCATTERS: f64 = 20.0;
+/// One block scatters by no more than this, so that a gross error does not suffice.
+const GREATEST_SCATTER: f64 = 2.0;
 /// Weight of the latest block in the recent surprise.
 const LATEST: f64 = 0.25;
 /// A single fault counts as no more surprising than this, so that one odd block does not suffice.
@@ -147,7 +149,7 @@ impl Consistency {
                 }
             };
             for &entry in entries {
-                self.scatter[0] += block.scatter[entry] / block.sigma[entry];
+                self.scatter[0] += (block.scatter[entry] / block.sigma[entry]).min(GREATEST_SCATTER);
                 self.scatter[1] += 1.0;
             }
         }
@@ -200,9 +202,11 @@ impl Consistency {
             ));
         }
         if worst.log_drift > limits.log_drift {
-            let times = libm::exp(worst.log_drift.min(20.0));
-            reasons
-                .push(format!("a drift of the diagnoses explains the observations {times:.0} times as well as wear"));
+            let [times, usual] = [worst.log_drift, limits.log_drift].map(|log| libm::exp(log.min(20.0)));
+            reasons.push(format!(
+                "drift of the diagnoses explains the observations {times:.0} times as well as wear, hardly any life \
+                 of the fleet exceeds {usual:.0}"
+            ));
         }
         reasons
     }
@@ -247,12 +251,28 @@ pub fn fit_consistency(
     })
 }
 
-/// What greatest values exceed with probability [`FALSE_ALARMS`]: Gumbel's distribution by moments.
-fn limit(greatest: Vec<f64>) -> f64 {
-    const EULER: f64 = 0.577_215_664_901_532_9;
-    let n = greatest.len() as f64;
-    let mean = greatest.iter().sum::<f64>() / n;
-    let variance = greatest.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / n;
-    let scale = (6.0 * variance).sqrt() / std::f64::consts::PI;
-    mean - scale * (EULER + (-(1.0 - FALSE_ALARMS).ln()).ln())
+/// What greatest values exceed with probability [`FALSE_ALARMS`]: Gumbel's distribution with their quartiles, so
+/// that some lives unlike the others do not matter.
+fn limit(mut greatest: Vec<f64>) -> f64 {
+    greatest.sort_unstable_by(f64::total_cmp);
+    let reduced = |probability: f64| -(-probability.ln()).ln();
+    let [low, high] = [0.25, 0.75].map(|level| (greatest[(level * greatest.len() as f64) as usize], reduced(level)));
+    let scale = (high.0 - low.0) / (high.1 - low.1);
+    high.0 + scale * (reduced(1.0 - FALSE_ALARMS) - high.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use domain::Stream;
+
+    use super::*;
+
+    #[test]
+    fn limits_are_exceeded_as_often_as_they_promise() {
+        let mut random = Stream::new(1, &["limits"]);
+        let mut draw = || 2.0 - 0.5 * libm::log(random.exponential());
+        let limit = limit((0..50_000).map(|_| draw()).collect());
+        let beyond = (0..400_000).filter(|_| draw() > limit).count() as f64 / 400_000.0;
+        assert!((beyond / FALSE_ALARMS - 1.0).abs() < 0.25, "{beyond}");
+    }
 }

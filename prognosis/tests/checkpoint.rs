@@ -3,7 +3,7 @@
 mod simulated;
 
 use domain::{ContentHash, FaultModel, Stream};
-use prognosis::{Block, CheckpointError, Filter, FleetPrior, GrowthChanges, blocks};
+use prognosis::{Block, CheckpointError, ConsistencyLimits, Filter, FleetPrior, GrowthChanges, blocks};
 use proptest::prelude::*;
 use simulated::{Growth, observe};
 
@@ -28,7 +28,8 @@ fn restore(prior: &FleetPrior, bytes: &[u8]) -> Result<Filter, CheckpointError> 
 
 #[test]
 fn a_life_restored_anywhere_goes_on_as_if_never_interrupted() {
-    for prior in [FleetPrior::vague(), changing()] {
+    let consistency = Some(ConsistencyLimits { usual_scatter: 0.7, scatter: 0.9, surprise: 1.2, log_drift: 2.0 });
+    for prior in [FleetPrior::vague(), changing(), FleetPrior { consistency, ..changing() }] {
         let (mut steady, mut interrupted) = (begin(&prior), begin(&prior));
         for block in &life() {
             interrupted = restore(&prior, &interrupted.to_bytes()).unwrap();
@@ -38,6 +39,7 @@ fn a_life_restored_anywhere_goes_on_as_if_never_interrupted() {
         assert_eq!(interrupted, steady);
         assert_eq!(interrupted.to_bytes(), steady.to_bytes());
         assert_eq!(interrupted.posterior(), steady.posterior());
+        assert_eq!(interrupted.doubt(), steady.doubt());
     }
 }
 
