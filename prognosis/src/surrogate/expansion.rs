@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 const LANES: usize = 8;
 /// Most outputs of one expansion, so that its evaluation needs no heap.
 pub(super) const MAX_OUTPUTS: usize = 8;
+/// Most faults, likewise.
+const MAX_FAULTS: usize = 8;
 
 /// Maps a fault vector to deviations from nominal in units of the largest possible one, so that
 /// severities stay k and eccentricities become 2 k - 1.
@@ -54,6 +56,26 @@ pub(super) struct Output {
     pub weights: Vec<f64>,
 }
 
+/// The least output of an expansion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Least {
+    /// Its value.
+    pub value: f64,
+    /// Its index.
+    pub output: usize,
+    /// Squared distance of the nearest centre, in scaled coordinates.
+    pub squared_distance: f64,
+}
+
+/// What one pass over the centres gathers, lane by lane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sweep {
+    /// Kernel part of each output.
+    sums: [[f64; LANES]; MAX_OUTPUTS],
+    /// Least squared distances.
+    nearest: [f64; LANES],
+}
+
 /// f_o(x) = constant_o + slope_o . x + sum_c w_oc exp(-gamma |x - c|^2), x = scaled fault vector.
 ///
 /// Centres are stored in blocks of [`LANES`]: for each fault the coordinates of the block's centres,
@@ -87,6 +109,7 @@ impl TryFrom<Parts> for RbfExpansion {
         let sizes_agree = scaling.factor.len() == faults
             && affine.len() == outputs * (faults + 1)
             && (1..=MAX_OUTPUTS).contains(&outputs)
+            && faults <= MAX_FAULTS
             && blocks.len().is_multiple_of((faults + outputs) * LANES);
         if !sizes_agree {
             return Err(format!("surrogate of {faults} faults with {} affine terms", affine.len()));
@@ -99,6 +122,7 @@ impl RbfExpansion {
     /// The expansion with these scaled centres; every output has one weight per centre.
     pub fn new(scaling: Scaling, gamma: f64, centres: &[&[f64]], outputs: &[Output]) -> Self {
         assert!((1..=MAX_OUTPUTS).contains(&outputs.len()), "{} outputs", outputs.len());
+        assert!(scaling.len() <= MAX_FAULTS, "{} faults", scaling.len());
         assert!(outputs.iter().all(|o| o.weights.len() == centres.len() && o.slope.len() == scaling.len()));
         let affine = outputs.iter().flat_map(|o| std::iter::once(o.constant).chain(o.slope.iter().copied())).collect();
         let mut blocks = Vec::new();
@@ -116,51 +140,128 @@ impl RbfExpansion {
 
     /// The least output at the fault vector `k` (nominal values included).
     pub fn minimum(&self, k: &[f64]) -> f64 {
-        assert_eq!(k.len(), self.scaling.len(), "a fault vector of another model");
-        let mut sums = [[0.0; LANES]; MAX_OUTPUTS];
-        for (centres, weights) in self.blocks() {
-            let basis = self.squared_distances(k, centres).map(|squared| exp_negative(-self.gamma * squared));
-            for (sum, weights) in sums.iter_mut().zip(weights) {
-                for lane in 0..LANES {
-                    sum[lane] += weights[lane] * basis[lane];
-                }
-            }
+        let x = self.scaled(k);
+        self.least(&self.sweep(&x, &mut []), &x).value
+    }
+
+    /// The least output at the fault vector `k` with its derivatives, which are written to `gradient`.
+    pub fn look(&self, k: &[f64], gradient: &mut [f64]) -> Least {
+        let x = self.scaled(k);
+        let mut basis = vec![[0.0; LANES]; self.blocks().len()];
+        let sweep = self.sweep(&x, &mut basis);
+        let least = self.least(&sweep, &x);
+        let slopes = self.slopes(&x, &basis, least.output);
+        for (entry, slope) in gradient.iter_mut().enumerate() {
+            *slope = slopes[entry] * self.scaling.factor[entry];
         }
-        let affine = self.affine.chunks_exact(self.scaling.len() + 1);
-        let output = |(affine, sum): (&[f64], &[f64; LANES])| self.affine_value(affine, k) + sum.iter().sum::<f64>();
-        affine.zip(&sums).map(output).reduce(f64::min).expect("an expansion has outputs")
+        least
     }
 
     /// Distance of the fault vector `k` from the nearest centre, in scaled coordinates.
     pub fn distance_to_nearest_centre(&self, k: &[f64]) -> f64 {
-        let squared = self.blocks().flat_map(|(centres, _)| self.squared_distances(k, centres));
-        squared.fold(f64::INFINITY, f64::min).sqrt()
+        let x = self.scaled(k);
+        self.sweep(&x, &mut []).nearest.iter().copied().fold(f64::INFINITY, f64::min).sqrt()
     }
 
     /// The blocks, each as centres (one row per fault) and weights (one row per output).
-    fn blocks(&self) -> impl Iterator<Item = (&[[f64; LANES]], &[[f64; LANES]])> {
+    #[inline(always)]
+    fn blocks(&self) -> impl ExactSizeIterator<Item = (&[[f64; LANES]], &[[f64; LANES]])> {
         let faults = self.scaling.len();
         let outputs = self.affine.len() / (faults + 1);
         let (rows, _) = self.blocks.as_chunks::<LANES>();
         rows.chunks_exact(faults + outputs).map(move |block| block.split_at(faults))
     }
 
-    fn squared_distances(&self, k: &[f64], centres: &[[f64; LANES]]) -> [f64; LANES] {
-        let mut squared = [0.0; LANES];
-        for (entry, row) in centres.iter().enumerate() {
-            let x = self.scaling.entry(entry, k[entry]);
-            for lane in 0..LANES {
-                let difference = x - row[lane];
-                squared[lane] += difference * difference;
-            }
-        }
-        squared
+    fn scaled(&self, k: &[f64]) -> [f64; MAX_FAULTS] {
+        assert_eq!(k.len(), self.scaling.len(), "a fault vector of another model");
+        let mut x = [0.0; MAX_FAULTS];
+        k.iter().enumerate().for_each(|(entry, &k)| x[entry] = self.scaling.entry(entry, k));
+        x
     }
 
-    fn affine_value(&self, affine: &[f64], k: &[f64]) -> f64 {
-        let slopes = affine[1..].iter().enumerate();
-        slopes.fold(affine[0], |sum, (entry, slope)| sum + slope * self.scaling.entry(entry, k[entry]))
+    /// Passes all centres once, as wide as the processor's registers are; `kept` gets the basis functions
+    /// of as many blocks as it has room for.
+    fn sweep(&self, x: &[f64; MAX_FAULTS], kept: &mut [[f64; LANES]]) -> Sweep {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || self.sweep_narrow(x, kept),
+        )
     }
+
+    #[inline(always)]
+    fn sweep_narrow(&self, x: &[f64; MAX_FAULTS], kept: &mut [[f64; LANES]]) -> Sweep {
+        let mut kept = kept.iter_mut();
+        let mut sums = [[0.0; LANES]; MAX_OUTPUTS];
+        let mut nearest = [f64::INFINITY; LANES];
+        for (centres, weights) in self.blocks() {
+            let mut basis = [0.0; LANES];
+            for (row, &x) in centres.iter().zip(x) {
+                for lane in 0..LANES {
+                    let difference = x - row[lane];
+                    basis[lane] += difference * difference;
+                }
+            }
+            for lane in 0..LANES {
+                nearest[lane] = if basis[lane] < nearest[lane] { basis[lane] } else { nearest[lane] };
+                basis[lane] = exp_negative(-self.gamma * basis[lane]);
+            }
+            for (sum, weights) in sums.iter_mut().zip(weights) {
+                for lane in 0..LANES {
+                    sum[lane] += weights[lane] * basis[lane];
+                }
+            }
+            if let Some(kept) = kept.next() {
+                *kept = basis;
+            }
+        }
+        Sweep { sums, nearest }
+    }
+
+    fn least(&self, sweep: &Sweep, x: &[f64; MAX_FAULTS]) -> Least {
+        let squared_distance = sweep.nearest.iter().copied().fold(f64::INFINITY, f64::min);
+        let affine = self.affine.chunks_exact(self.scaling.len() + 1);
+        let value = |(affine, sum): (&[f64], &[f64; LANES])| affine_value(affine, x) + sum.iter().sum::<f64>();
+        let values = affine.zip(&sweep.sums).map(value).enumerate();
+        let least = values.reduce(|least, next| if next.1 < least.1 { next } else { least });
+        let (output, value) = least.expect("an expansion has outputs");
+        Least { value, output, squared_distance }
+    }
+
+    /// Derivatives of an output by the scaled coordinates x, from the values of its basis functions K_c:
+    /// slope - 2 gamma (x sum_c w_c K_c - sum_c w_c K_c c).
+    fn slopes(&self, x: &[f64; MAX_FAULTS], basis: &[[f64; LANES]], output: usize) -> [f64; MAX_FAULTS] {
+        let mut moments = [[0.0; LANES]; MAX_FAULTS];
+        let mut total = [0.0; LANES];
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for ((centres, weights), basis) in self.blocks().zip(basis) {
+                    let mut terms = weights[output];
+                    for lane in 0..LANES {
+                        terms[lane] *= basis[lane];
+                        total[lane] += terms[lane];
+                    }
+                    for (moment, row) in moments.iter_mut().zip(centres) {
+                        for lane in 0..LANES {
+                            moment[lane] += terms[lane] * row[lane];
+                        }
+                    }
+                }
+            },
+        );
+        let (total, faults) = (total.iter().sum::<f64>(), self.scaling.len());
+        let slope = &self.affine[output * (faults + 1) + 1..][..faults];
+        let mut slopes = [0.0; MAX_FAULTS];
+        for (entry, slope) in slope.iter().enumerate() {
+            slopes[entry] = slope - 2.0 * self.gamma * (x[entry] * total - moments[entry].iter().sum::<f64>());
+        }
+        slopes
+    }
+}
+
+/// Constant and slopes of an output at scaled coordinates.
+fn affine_value(affine: &[f64], x: &[f64; MAX_FAULTS]) -> f64 {
+    affine[1..].iter().zip(x).fold(affine[0], |sum, (slope, x)| sum + slope * x)
 }
 
 /// exp(-gamma |a - b|^2), the kernel of training and evaluation alike.
@@ -173,7 +274,8 @@ pub(super) fn kernel(gamma: f64, a: &[f64], b: &[f64]) -> f64 {
 ///
 /// x = n ln 2 + r with |r| <= ln 2 / 2, exp(r) by its Taylor series to the 12th power, 2^n by its bits.
 /// Free of branches and tables, so that compilers evaluate several at once, and made of IEEE
-/// operations only, so that it is the same bits however they do it.
+/// operations only, so that it is the same bits however they do it. The series is summed in groups
+/// (Estrin), because one long chain would leave the processor waiting.
 #[inline(always)]
 fn exp_negative(x: f64) -> f64 {
     // Adding 1.5 * 2^52 rounds to an integer, which then stands in the low bits of the sum.
@@ -181,26 +283,16 @@ fn exp_negative(x: f64) -> f64 {
     // ln 2 in two parts, the first with trailing zeros so that n * LN_2_HIGH is exact.
     const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;
     const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
-    const INVERSE_FACTORIALS: [f64; 13] = [
-        1.0 / 479_001_600.0,
-        1.0 / 39_916_800.0,
-        1.0 / 3_628_800.0,
-        1.0 / 362_880.0,
-        1.0 / 40_320.0,
-        1.0 / 5_040.0,
-        1.0 / 720.0,
-        1.0 / 120.0,
-        1.0 / 24.0,
-        1.0 / 6.0,
-        1.0 / 2.0,
-        1.0,
-        1.0,
-    ];
     let x = if x < -700.0 { -700.0 } else { x };
     let rounded = x * std::f64::consts::LOG2_E + ROUND;
     let n = rounded - ROUND;
     let r = (x - n * LN_2_HIGH) - n * LN_2_LOW;
-    let series = INVERSE_FACTORIALS.iter().fold(0.0, |sum, term| sum * r + term);
+    let r2 = r * r;
+    let r4 = r2 * r2;
+    let low = (1.0 + r) + r2 * (1.0 / 2.0 + r * (1.0 / 6.0));
+    let middle = (1.0 / 24.0 + r * (1.0 / 120.0)) + r2 * (1.0 / 720.0 + r * (1.0 / 5_040.0));
+    let high = (1.0 / 40_320.0 + r * (1.0 / 362_880.0)) + r2 * (1.0 / 3_628_800.0 + r * (1.0 / 39_916_800.0));
+    let series = low + r4 * (middle + r4 * (high + r4 * (1.0 / 479_001_600.0)));
     let power_of_two = f64::from_bits(rounded.to_bits().wrapping_add(1023) << 52);
     series * power_of_two
 }
@@ -253,6 +345,42 @@ mod tests {
         assert!((expansion.minimum(&[0.31, 0.62]) - expected).abs() < 1e-13);
         let nearest = centres.iter().map(|c| (x[0] - c[0]).hypot(x[1] - c[1])).fold(f64::INFINITY, f64::min);
         assert!((expansion.distance_to_nearest_centre(&[0.31, 0.62]) - nearest).abs() < 1e-14);
+    }
+
+    /// Any width of vector registers gives the same bits.
+    #[test]
+    fn wide_and_narrow_sweeps_agree_to_the_bit() {
+        let centres: Vec<Vec<f64>> =
+            (0..45).map(|i| vec![(0.37 * f64::from(i)).sin(), (0.73 * f64::from(i)).cos()]).collect();
+        let centres: Vec<&[f64]> = centres.iter().map(|c| &c[..]).collect();
+        let output =
+            Output { constant: 0.3, slope: vec![0.1, 0.2], weights: (0..45).map(|i| f64::from(i % 7) - 3.3).collect() };
+        let expansion = RbfExpansion::new(two_faults(), 2.0, &centres, &[output]);
+        for i in 0..50 {
+            let x = expansion.scaled(&[0.01 * f64::from(i), 1.0 - 0.013 * f64::from(i)]);
+            assert_eq!(expansion.sweep(&x, &mut []), expansion.sweep_narrow(&x, &mut []));
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_the_least_output() {
+        let output = |sign: f64| Output { constant: 0.1, slope: vec![0.4, sign], weights: vec![sign, 0.7, -0.4] };
+        let outputs = [output(1.0), output(-1.0)];
+        let expansion = RbfExpansion::new(two_faults(), 2.0, &[&[0.1, 0.2], &[0.4, -0.3], &[0.7, 0.1]], &outputs);
+        for k in [[0.3, 0.8], [0.5, 0.2], [0.0, 0.5]] {
+            let mut gradient = [0.0; 2];
+            let least = expansion.look(&k, &mut gradient);
+            assert_eq!(least.value, expansion.minimum(&k));
+            for entry in 0..2 {
+                let moved = |by: f64| {
+                    let mut moved = k;
+                    moved[entry] += by;
+                    expansion.minimum(&moved)
+                };
+                let slope = (moved(1e-5) - moved(-1e-5)) / 2e-5;
+                assert!((gradient[entry] - slope).abs() < 1e-8, "{gradient:?} and {slope} along {entry} at {k:?}");
+            }
+        }
     }
 
     #[test]

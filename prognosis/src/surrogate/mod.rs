@@ -5,8 +5,13 @@
 //! - [`Svm`], the classifier of Berri 2021, section 7.3, which knows only healthy and faulty;
 //! - [`FigureRegression`], which predicts each figure's margin and takes the least. It is the better
 //!   of the two, because each figure is smooth where the boundary of the intersection has edges.
+//!
+//! Which one serves is decided by [`FailureTimeQuality`], not by classes. Both know where they have
+//! learned, and how unsure they are elsewhere.
 
 mod expansion;
+mod failure_time;
+mod reach;
 mod regression;
 mod svm;
 
@@ -14,10 +19,11 @@ use domain::FaultModel;
 use serde::{Deserialize, Serialize};
 
 pub use expansion::Scaling;
+pub use failure_time::{FailurePath, FailureTimeQuality, best_by_failure_time};
 pub use regression::{FigureRegression, RegressionSettings};
 pub use svm::{Svm, SvmSettings};
 
-use crate::boundary::Boundary;
+use crate::boundary::{Boundary, Margin};
 
 /// A fault vector with what the assessment function says of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -138,6 +144,17 @@ impl Surrogate {
             }
         }
     }
+
+    /// Whether the fault vector `k` lies where nothing was learned: farther from what the surrogate was
+    /// trained on than its training samples near the boundary are from each other. `None` from a
+    /// surrogate that was trained before this was kept.
+    pub fn outside_training(&self, k: &[f64]) -> Option<bool> {
+        let (expansion, reach) = match self {
+            Self::Svm(svm) => svm.parts(),
+            Self::FigureRegression(regression) => regression.parts(),
+        };
+        reach.map(|reach| expansion.distance_to_nearest_centre(k) > reach.radius())
+    }
 }
 
 impl Boundary for Surrogate {
@@ -146,6 +163,15 @@ impl Boundary for Surrogate {
             Self::Svm(svm) => svm.margin(k),
             Self::FigureRegression(regression) => regression.margin(k),
         }
+    }
+
+    fn look(&self, k: &[f64], gradient: &mut [f64]) -> Margin {
+        let (expansion, reach) = match self {
+            Self::Svm(svm) => svm.parts(),
+            Self::FigureRegression(regression) => regression.parts(),
+        };
+        let least = expansion.look(k, gradient);
+        Margin { value: least.value, sigma: reach.map_or(0.0, |reach| reach.sigma(&least)) }
     }
 }
 

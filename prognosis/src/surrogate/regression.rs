@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     LabelledFaults, SurrogateError,
     expansion::{MAX_OUTPUTS, Output, RbfExpansion, Scaling, kernel},
+    reach::Reach,
 };
 use crate::boundary::Boundary;
 
@@ -56,6 +57,8 @@ const LEAST_VARIANCE: f64 = 1e-9;
 pub struct FigureRegression {
     expansion: RbfExpansion,
     figures: Vec<usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reach: Option<Reach>,
 }
 
 impl FigureRegression {
@@ -83,18 +86,27 @@ impl FigureRegression {
             outputs.push(output.ok_or(SurrogateError::Singular { figure })?);
         }
         let centres: Vec<&[f64]> = basis.centres.iter().map(|&i| &points[i][..]).collect();
-        Ok(Self { expansion: RbfExpansion::new(scaling, settings.gamma, &centres, &outputs), figures })
+        let near_boundary: Vec<&[f64]> = (samples.iter().zip(&points))
+            .filter(|(s, _)| settings.weight(s.margin()) > 0.0)
+            .map(|(_, p)| &p[..])
+            .collect();
+        let weights: Vec<&[f64]> = outputs.iter().map(|output| &output.weights[..]).collect();
+        let reach = Reach::new(settings.gamma, &centres, &near_boundary, &weights);
+        Ok(Self {
+            expansion: RbfExpansion::new(scaling, settings.gamma, &centres, &outputs),
+            figures,
+            reach: Some(reach),
+        })
+    }
+
+    /// What it evaluates, and where it has learned.
+    pub(super) fn parts(&self) -> (&RbfExpansion, Option<&Reach>) {
+        (&self.expansion, self.reach.as_ref())
     }
 
     /// Indices of the figures that are regressed; the others never came near their requirements.
     pub fn figures(&self) -> &[usize] {
         &self.figures
-    }
-
-    /// How far the fault vector `k` lies from what the regressions were trained on: distance to the
-    /// nearest centre, in scaled fault coordinates. Beyond 1 / sqrt(gamma) the linear part rules.
-    pub fn distance_from_training(&self, k: &[f64]) -> f64 {
-        self.expansion.distance_to_nearest_centre(k)
     }
 }
 
@@ -247,14 +259,6 @@ mod tests {
             let least = figures(&k)[0].min(figures(&k)[1]);
             assert!((regression.margin(&k) - least).abs() < 1e-5, "{k:?}: {} and {least}", regression.margin(&k));
         }
-    }
-
-    #[test]
-    fn distance_vanishes_at_centres_only() {
-        let samples = random_samples(50, |k| vec![0.1 - 0.2 * k[0]]);
-        let regression = train(&samples, &RegressionSettings::default());
-        assert_eq!(regression.distance_from_training(&samples[7].k), 0.0);
-        assert!((regression.distance_from_training(&[1e3, 0.0, 0.0, 0.0, 0.0]) - 1e3).abs() < 5.0);
     }
 
     #[test]

@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     LabelledFaults, SurrogateError,
     expansion::{Output, RbfExpansion, Scaling, kernel},
+    reach::Reach,
 };
 use crate::boundary::Boundary;
 
@@ -44,6 +45,8 @@ impl Default for SvmSettings {
 pub struct Svm {
     expansion: RbfExpansion,
     support_vectors: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reach: Option<Reach>,
 }
 
 impl Svm {
@@ -61,10 +64,18 @@ impl Svm {
 
         let support: Vec<usize> = (0..points.len()).filter(|&i| dual.multipliers[i] > 0.0).collect();
         let centres: Vec<&[f64]> = support.iter().map(|&i| &points[i][..]).collect();
-        let weights = support.iter().map(|&i| labels[i] * dual.multipliers[i]).collect();
-        let output = Output { constant: dual.bias, slope: vec![0.0; faults.len()], weights };
+        let weights: Vec<f64> = support.iter().map(|&i| labels[i] * dual.multipliers[i]).collect();
+        let output = Output { constant: dual.bias, slope: vec![0.0; faults.len()], weights: weights.clone() };
         let expansion = RbfExpansion::new(scaling, gamma, &centres, &[output]);
-        Ok(Self { expansion, support_vectors: support.len() })
+        let near = |i: &usize| expansion.minimum(&samples[*i].k).abs() < 1.0;
+        let near_boundary: Vec<&[f64]> = (0..points.len()).filter(near).map(|i| &points[i][..]).collect();
+        let reach = Reach::new(gamma, &centres, &near_boundary, &[&weights]);
+        Ok(Self { expansion, support_vectors: support.len(), reach: Some(reach) })
+    }
+
+    /// What it evaluates, and where it has learned.
+    pub(super) fn parts(&self) -> (&RbfExpansion, Option<&Reach>) {
+        (&self.expansion, self.reach.as_ref())
     }
 
     /// Number of support vectors.
