@@ -251,12 +251,12 @@ pub fn fit_consistency(
     })
 }
 
-/// What greatest values exceed with probability [`FALSE_ALARMS`]: Gumbel's distribution with their quartiles, so
+/// What greatest values exceed with probability [`FALSE_ALARMS`]: Gumbel's distribution with their deciles, so
 /// that some lives unlike the others do not matter.
 fn limit(mut greatest: Vec<f64>) -> f64 {
     greatest.sort_unstable_by(f64::total_cmp);
     let reduced = |probability: f64| -(-probability.ln()).ln();
-    let [low, high] = [0.25, 0.75].map(|level| (greatest[(level * greatest.len() as f64) as usize], reduced(level)));
+    let [low, high] = [0.1, 0.9].map(|level| (greatest[(level * greatest.len() as f64) as usize], reduced(level)));
     let scale = (high.0 - low.0) / (high.1 - low.1);
     high.0 + scale * (reduced(1.0 - FALSE_ALARMS) - high.1)
 }

@@ -100,6 +100,27 @@ fn a_change_is_detected_and_measured() {
 }
 
 #[test]
+fn a_change_is_dated_and_measured() {
+    let posterior = filter(&life(&[(0.0, 0.75), (1400.0, 1.5)]), &sharp()).posterior();
+    let growth = posterior.growth_summary().expect("a filter that follows changes");
+    assert_eq!((growth.multiplier, growth.sigma), (posterior.growth().mean, posterior.growth().sigma));
+    assert!(growth.changed_probability > 0.95, "{growth:?}");
+    let change = growth.latest_change.expect("a change");
+    assert!(change.from_fh < 1400.0 && 1400.0 < change.to_fh, "{change:?}");
+    assert!(change.to_fh - change.from_fh < 500.0, "{change:?}");
+    assert!((1.2..=3.0).contains(&change.factor), "{change:?}");
+    assert!((1.0..=change.factor).contains(&change.factor_p10) && change.factor < change.factor_p90, "{change:?}");
+}
+
+#[test]
+fn growth_that_stays_shows_no_change() {
+    let growth = filter(&life(&[]), &sharp()).posterior().growth_summary().expect("a filter that follows changes");
+    assert!(growth.changed_probability < 0.5, "{growth:?}");
+    assert_eq!(growth.latest_change, None);
+    assert_eq!(filter(&life(&[]), &FleetPrior::vague()).posterior().growth_summary(), None);
+}
+
+#[test]
 fn states_and_draws_depend_neither_on_threads_nor_on_the_order_within_a_time() {
     let prior = with(GrowthChanges { particles: 12, ..GrowthChanges::default() });
     let lives: Vec<Vec<Observation>> = (0..6u32).map(|i| life(&[(0.0, 1.0 + 0.2 * f64::from(i))])).collect();
