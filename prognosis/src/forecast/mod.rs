@@ -3,11 +3,11 @@
 //! - What: draws of the end of life, the first time at which a draw's fault vector is on the faulty
 //!   side of the boundary, as many as a stated precision needs.
 //! - Update rule: draws come in batches until the standard errors of the 10 % and 50 % quantiles meet
-//!   the precision; one [`path`] each. A quantile's standard error is a quarter of the distance of the
+//!   the precision; one `path` each. A quantile's standard error is a quarter of the distance of the
 //!   order statistics two binomial standard deviations to either side of it.
 //! - Requirements: a boundary that is continuous along paths. Where it was never learned its error is
 //!   drawn with the life: every draw sees the margin + z sigma, z its own standard normal.
-//! - Source: distribution-free confidence intervals of quantiles; the rest is in [`path`] and [`passage`].
+//! - Source: distribution-free confidence intervals of quantiles; the rest is in `path` and `passage`.
 //!
 //! Draw i depends on the stream's i-th substream only: neither on other draws nor on threads.
 
