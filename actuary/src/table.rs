@@ -42,7 +42,7 @@ pub fn due(list: &DueBody) -> String {
     let (totals, percent) = (list.totals, 100.0 * list.risk);
     let mut table = format!(
         "{} of {} actuators have failed, or fail within {} fh of their newest data with more than {percent} %; \
-         {} are unknown.\n",
+         unknown: {}.\n",
         totals.due, totals.components, list.within_fh, totals.unknown,
     );
     if !list.items.is_empty() {

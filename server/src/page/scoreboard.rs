@@ -55,8 +55,8 @@ impl Verdict {
         sentences.extend(held("Within the last 1\u{202f}000 flight hours: ", &board.coverage_below_1000_fh));
         sentences.extend(board.at_rul.iter().filter(|at| at.runs > 0).map(median_error));
         sentences.extend(board.undecided.filter(|share| *share > 0.0).map(|share| {
-            let percent = percent(share);
-            format!("{percent} of the forecasts said nothing but \u{201c}not soon\u{201d}: their median was beyond the horizon.")
+            let share = percent(share);
+            format!("{share} of the forecasts said \u{201c}not soon\u{201d} only: their median was beyond the horizon.")
         }));
         sentences.extend(board.crps_fh.map(|crps_fh| {
             let hours = grouped(crps_fh);

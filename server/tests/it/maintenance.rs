@@ -193,7 +193,7 @@ async fn the_scoreboard_judges_what_was_served_on_finished_lives() {
         "Few lives",
         "Intervals that promise 80 % held the truth in 75 %.",
         "About 1\u{202f}500 flight hours before the failure, the median was typically 12 % too short (1 life).",
-        "25 % of the forecasts said nothing",
+        "25 % of the forecasts said \u{201c}not soon\u{201d} only",
         "<th scope=\"row\">0 to 500 fh</th>",
     ];
     for words in words {
