@@ -1,7 +1,7 @@
 //! How good a bundle was on data that it had not seen; part of the bundle.
 
 pub use diagnosis::Validation;
-use prognosis::surrogate::ClassificationQuality;
+use prognosis::surrogate::{ClassificationQuality, FailureTimeQuality};
 use serde::{Deserialize, Serialize};
 
 /// Figures of a bundle.
@@ -38,10 +38,15 @@ pub struct DiagnosisMetrics {
 pub struct SurrogateMetrics {
     /// Samples, none of them used in training.
     pub samples: usize,
-    /// One regression per figure: the bundle's surrogate, where margins are known to learn from.
+    /// One regression per figure, where margins are known to learn from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figure_regression: Option<ClassificationQuality>,
-    /// A support vector machine on the same samples: for comparison, or the bundle's surrogate where nothing but
-    /// verdicts is known.
+    /// A support vector machine on the same samples.
     pub svm: ClassificationQuality,
+    /// When the regression ends lives that taught nothing, against when they failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure_regression_failure_time: Option<FailureTimeQuality>,
+    /// When the support vector machine does. The bundle's surrogate is the one whose errors spread less.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub svm_failure_time: Option<FailureTimeQuality>,
 }

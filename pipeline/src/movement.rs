@@ -8,16 +8,14 @@
 use domain::{
     FaultModel, RulDistribution,
     explanation::{Movement, Surprise},
+    rul::HORIZON_FH,
 };
 use prognosis::{
     forecast::Draws,
     posterior::{Moments, Posterior},
 };
 
-use crate::{
-    Course, LifeContext, Model,
-    outlook::{HORIZON_FH, as_of},
-};
+use crate::{Course, LifeContext, Model, outlook::as_of};
 
 /// Draws of each of the two forecasts, in batches of equal size.
 const DRAWS: usize = 200;

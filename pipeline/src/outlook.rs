@@ -10,6 +10,7 @@ use domain::{
     NUMERICS_VERSION, Prognosis, RulDistribution, SetAside, State, Stream,
     explanation::{Driver, Movement},
     prognosis::{Forecast, InsufficientHistory},
+    rul::HORIZON_FH,
     state::{BLOCK_FH, MIN_OBSERVATIONS},
 };
 use prognosis::{
@@ -22,8 +23,6 @@ use crate::{Course, Model, Prior, movement::Step};
 
 /// Draws of a state's quantiles: they make the history chart, nobody acts on them.
 const STATE_DRAWS: Draws = Draws::fixed(200);
-/// Ends of life beyond are censored, flight hours.
-pub(crate) const HORIZON_FH: f64 = 10_000.0;
 /// Seed of every draw; the natural key tells lives and uploads apart.
 const SEED: u64 = 1;
 /// Every so many blocks of a life its filter is worth keeping for good.

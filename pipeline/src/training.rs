@@ -21,8 +21,8 @@ use ema::{
 use prognosis::{
     fit::NoHistory,
     surrogate::{
-        ClassificationQuality, LabelledFaults, RegressionSettings, Surrogate, SurrogateError, SurrogateSettings,
-        SvmSettings,
+        ClassificationQuality, FailurePath, FailureTimeQuality, LabelledFaults, RegressionSettings, Surrogate,
+        SurrogateError, SurrogateSettings, SvmSettings, best_by_failure_time,
     },
 };
 use reduction::{ImportanceSampling, MaskDesign, ReductionError};
@@ -31,6 +31,8 @@ use crate::{Bundle, ChainSettings, Dataset, DatasetError, Labels, LoadModel, Met
 
 /// Importance samples that judge the surrogate.
 const VALIDATION_ASSESSMENTS: usize = 500;
+/// Lives that judge it.
+const VALIDATION_LIVES: usize = 60;
 /// The share of a dataset's labels that judges the surrogate.
 const HELD_OUT_LABELS: usize = 5;
 
@@ -219,8 +221,10 @@ impl Training<'_> {
         Verdicts { learn, judge, margins_known }
     }
 
-    /// The surrogate, and how good it is on verdicts that it has not seen.
+    /// The surrogate that knows best when lives end, and how good each candidate is on verdicts and lives that
+    /// it has not seen.
     fn surrogate(&self, verdicts: &Verdicts) -> Result<(Surrogate, SurrogateMetrics), TrainError> {
+        let paths = self.unseen_paths();
         self.progress.stage("training the surrogate", if verdicts.margins_known { 2 } else { 1 });
         let of = |settings| self.surrogate_of(&verdicts.learn, settings);
         let regression = SurrogateSettings::FigureRegression(RegressionSettings::default());
@@ -231,8 +235,20 @@ impl Training<'_> {
             samples: verdicts.judge.len(),
             figure_regression: regression.as_ref().map(quality),
             svm: quality(&svm),
+            figure_regression_failure_time: regression.as_ref().and_then(|it| FailureTimeQuality::of(it, &paths)),
+            svm_failure_time: FailureTimeQuality::of(&svm, &paths),
         };
-        Ok((regression.unwrap_or(svm), metrics))
+        let candidates: Vec<Surrogate> = regression.into_iter().chain([svm]).collect();
+        let (best, _) = best_by_failure_time(&candidates, &paths).expect("candidates and paths");
+        Ok((best.clone(), metrics))
+    }
+
+    /// Lives that teach nothing.
+    fn unseen_paths(&self) -> Vec<FailurePath> {
+        self.progress.stage("lives to judge the surrogate by", VALIDATION_LIVES);
+        let seed = self.stream("lives to judge by").bits();
+        let lives = fleet::simulate(&self.assessment, seed, VALIDATION_LIVES, &|| self.progress.step());
+        lives.iter().map(|life| FailurePath::of_life(&life.t_fh, &life.states)).collect()
     }
 
     fn surrogate_of(

@@ -9,7 +9,7 @@ use std::{
 
 use anyhow::Result;
 use clap::Args;
-use pipeline::{Model, TrainError, TrainSettings};
+use pipeline::{Model, SurrogateMetrics, TrainError, TrainSettings};
 
 use crate::{
     exit::Failure,
@@ -100,13 +100,20 @@ fn report(model: &Model, out: &Path, seconds: f64) {
     percent("load ratio per sample", &metrics.diagnosis.load_ratio_per_sample);
     percent("mean load ratio", &metrics.diagnosis.mean_load_ratio);
     percent("no load ratio", &metrics.diagnosis.no_load_ratio);
-    println!("surrogate on {} unseen samples, % (accuracy missed false):", metrics.surrogate.samples);
+    print_surrogates(&metrics.surrogate);
+}
+
+fn print_surrogates(metrics: &SurrogateMetrics) {
+    println!("surrogate on {} unseen samples, % (accuracy missed false);", metrics.samples);
+    println!("  its failure times of unseen lives, h (spread mean), smaller spread chosen:");
     let judged = [
-        ("regression per figure", metrics.surrogate.figure_regression.as_ref()),
-        ("support vector machine", Some(&metrics.surrogate.svm)),
+        ("regression per figure", metrics.figure_regression, metrics.figure_regression_failure_time),
+        ("support vector machine", Some(metrics.svm), metrics.svm_failure_time),
     ];
-    for (name, quality) in judged.into_iter().filter_map(|(name, quality)| Some((name, quality?))) {
+    for (name, quality, failure_time) in judged {
+        let Some(quality) = quality else { continue };
         let shares = [quality.accuracy, quality.missed_share, quality.false_share].map(|share| 100.0 * share);
-        println!("  {name:<24} {:5.2} {:5.2} {:5.2}", shares[0], shares[1], shares[2]);
+        let times = failure_time.map(|it| format!("{:7.0} {:+7.0}", it.sd_fh, it.offset_fh)).unwrap_or_default();
+        println!("  {name:<24} {:5.2} {:5.2} {:5.2} {times}", shares[0], shares[1], shares[2]);
     }
 }

@@ -8,6 +8,7 @@
 //!   that is never crossed counts as crossed at the end of its path.
 
 use domain::FaultVector;
+use serde::{Deserialize, Serialize};
 
 use super::Surrogate;
 use crate::boundary::Boundary;
@@ -65,7 +66,7 @@ impl FailurePath {
 }
 
 /// How well a boundary knows when lives end.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FailureTimeQuality {
     /// Paths judged.
     pub paths: usize,
