@@ -91,7 +91,9 @@ impl Client {
         let mut pause = FIRST_PAUSE;
         for _ in 0..ATTEMPTS {
             match self.http.post(url.clone()).json(body).send().await {
-                Ok(answer) if matches!(answer.status(), StatusCode::ACCEPTED | StatusCode::CREATED) => return Ok(Sent::Accepted),
+                Ok(answer) if matches!(answer.status(), StatusCode::ACCEPTED | StatusCode::CREATED) => {
+                    return Ok(Sent::Accepted);
+                }
                 Ok(answer) if answer.status() == StatusCode::OK => return Ok(Sent::Duplicate),
                 Ok(answer) if answer.status().is_client_error() && answer.status() != StatusCode::TOO_MANY_REQUESTS => {
                     return Err(refusal(name, answer).await);
