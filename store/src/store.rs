@@ -107,11 +107,12 @@ impl Store {
         backend!(self, prior_body(operator, hash))
     }
 
-    /// What can be learned now, if anything: an operator's part number of which at least
-    /// [`Lesson::MIN_LIVES`] lives judged by the active bundle have ended, and at least [`Lesson::GROWTH`]
-    /// times as many as its newest prior was learned from. It stays until such a prior is added.
-    pub async fn next_lesson(&self) -> Result<Option<Lesson>, StoreError> {
-        backend!(self, next_lesson())
+    /// What can be learned now, by operator and part number: each part number of an operator of which at
+    /// least [`Lesson::MIN_LIVES`] lives judged by the active bundle have ended, and at least
+    /// [`Lesson::GROWTH`] times as many as its newest prior was learned from. A lesson stays until such a
+    /// prior is added.
+    pub async fn lessons(&self) -> Result<Vec<Lesson>, StoreError> {
+        backend!(self, lessons())
     }
 
     /// The finished lives of a part number that are judged by a bundle, with their histories, by serial

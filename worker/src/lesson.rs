@@ -20,32 +20,52 @@ const PAUSE: Duration = Duration::from_secs(10);
 pub async fn learn(store: Store, caches: Arc<Caches>, settings: Settings, shutdown: CancellationToken) {
     let settings = Settings { idle: PAUSE, ..settings };
     while !shutdown.is_cancelled() {
-        if let Err(error) = take_next(&store, &caches.models, &settings).await {
-            tracing::error!(%error, "cannot learn from finished lives");
+        match store.lessons().await {
+            Ok(lessons) => take_all(lessons, &store, &caches.models, &settings, &shutdown).await,
+            Err(error) => tracing::error!(%error, "cannot look for what there is to learn"),
         }
         wait(std::future::pending(), &settings, &shutdown).await;
     }
 }
 
-async fn take_next(store: &Store, models: &Models, settings: &Settings) -> Result<(), WorkerError> {
-    let Some(Lesson { operator, part_number, model: hash, .. }) = store.next_lesson().await? else { return Ok(()) };
-    let finished = store.finished_lives(&operator, &part_number, &hash).await?;
+/// Takes one lesson after the other; one that fails keeps no other waiting.
+async fn take_all(
+    lessons: Vec<Lesson>,
+    store: &Store,
+    models: &Models,
+    settings: &Settings,
+    shutdown: &CancellationToken,
+) {
+    for lesson in lessons {
+        if shutdown.is_cancelled() {
+            return;
+        }
+        if let Err(error) = take(&lesson, store, models, settings).await {
+            let Lesson { operator, part_number, .. } = &lesson;
+            tracing::error!(%operator, %part_number, %error, "cannot learn from finished lives");
+        }
+    }
+}
+
+async fn take(lesson: &Lesson, store: &Store, models: &Models, settings: &Settings) -> Result<(), WorkerError> {
+    let Lesson { operator, part_number, model: hash, .. } = lesson;
+    let finished = store.finished_lives(operator, part_number, hash).await?;
     let lives = finished.len() as u32;
     let past = finished.into_iter().map(|life| PastLife { estimates: life.estimates, failure_fh: life.failure_fh });
-    let (past, model): (Vec<PastLife>, _) = (past.collect(), models.get(&hash).await?);
+    let (past, model): (Vec<PastLife>, _) = (past.collect(), models.get(hash).await?);
     let teacher = model.clone();
     let learned = spawn_blocking(move || teacher.learn_prior(&past)).await?;
     // Lives of which nothing was ever seen leave the bundle's own: that is what they taught.
     let prior = learned.unwrap_or_else(|_| Prior::clone(model.prior()));
     let record = PriorRecord {
-        part_number,
+        part_number: part_number.clone(),
         hash: prior.hash,
-        model: hash,
+        model: *hash,
         parent: model.prior().hash,
         lives,
         learned_at: (settings.clock)(),
     };
-    store.add_prior(&operator, &record, &prior.to_bytes()).await?;
-    tracing::info!(%operator, part_number = %record.part_number, prior = %record.hash, lives, "learned a prior");
+    store.add_prior(operator, &record, &prior.to_bytes()).await?;
+    tracing::info!(%operator, %part_number, prior = %record.hash, lives, "learned a prior");
     Ok(())
 }

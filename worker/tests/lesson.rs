@@ -5,9 +5,7 @@ mod common;
 use std::time::Duration;
 
 use common::{now, start, store, upload, work};
-use domain::{
-    Component, Diagnosis, Estimate, EventKind, FaultVector, Finding, MaintenanceEvent, OperatorId, Outcome, Upload,
-};
+use domain::{Diagnosis, Estimate, EventKind, FaultVector, Finding, MaintenanceEvent, OperatorId, Outcome, Upload};
 use pipeline::{Model, Prior};
 use store::{Completion, Lesson, LifeResults, Store};
 
@@ -29,8 +27,8 @@ fn of_unit(model: &Model, unit: u32, index: u32) -> Upload {
     }
 }
 
-/// What a diagnosis makes of it: a short that grows fast.
-fn diagnosed(model: &Model, upload: &Upload) -> Estimate {
+/// What a diagnosis of so many faults makes of it: a short that grows fast.
+fn diagnosed(model: &Model, upload: &Upload, faults: usize) -> Estimate {
     let k1 = 0.002 * (upload.flight_hours / 120.0).exp();
     Estimate {
         upload_id: upload.upload_id.clone(),
@@ -40,8 +38,8 @@ fn diagnosed(model: &Model, upload: &Upload) -> Estimate {
         model: model.summary().hash,
         numerics_version: domain::NUMERICS_VERSION,
         outcome: Outcome::Diagnosed(Diagnosis {
-            fault_vector: FaultVector(vec![k1, 0.0, 0.0, 0.5, 0.5]),
-            sigma: vec![0.0075, 0.0075, 0.0075, 0.02, 0.02],
+            fault_vector: FaultVector([k1, 0.0, 0.0, 0.5, 0.5][..faults].into()),
+            sigma: [0.0075, 0.0075, 0.0075, 0.02, 0.02][..faults].into(),
             plausible: true,
             chi_square: 20.0,
             degrees_of_freedom: 21,
@@ -52,16 +50,17 @@ fn diagnosed(model: &Model, upload: &Upload) -> Estimate {
     }
 }
 
-/// A unit that was flown to its failure, its estimates stored as a worker would have.
-async fn live_and_fail(store: &Store, model: &Model, unit: u32) -> Component {
+/// A unit of a part that was flown to its failure, its estimates of so many faults stored as a worker would have.
+async fn live_and_fail(store: &Store, model: &Model, part: &str, unit: u32, faults: usize) {
     let operator = OperatorId::default();
-    let uploads: Vec<Upload> = (0..UPLOADS).map(|index| of_unit(model, unit, index)).collect();
+    let of_part = |upload| Upload { part_number: part.parse().unwrap(), ..upload };
+    let uploads: Vec<Upload> = (0..UPLOADS).map(|index| of_part(of_unit(model, unit, index))).collect();
     for upload in &uploads {
         store.accept(&operator, upload.clone(), now()).await.unwrap();
     }
     let lease = store.lease(Duration::from_secs(60)).await.unwrap().unwrap();
     let results = LifeResults {
-        estimates: uploads.iter().map(|upload| diagnosed(model, upload)).collect(),
+        estimates: uploads.iter().map(|upload| diagnosed(model, upload, faults)).collect(),
         set_aside: Vec::new(),
         excluded: Vec::new(),
         states_from: None,
@@ -84,7 +83,6 @@ async fn live_and_fail(store: &Store, model: &Model, unit: u32) -> Component {
         note: None,
     };
     store.record_event(&operator, &event, now()).await.unwrap();
-    lease.component
 }
 
 #[tokio::test]
@@ -92,14 +90,18 @@ async fn finished_lives_teach_the_prior_of_later_ones() {
     let folder = tempfile::tempdir().unwrap();
     let (store, model) = store(&folder).await;
     let operator = OperatorId::default();
+    let part = of_unit(&model, 0, 0).part_number;
     for unit in 0..Lesson::MIN_LIVES {
-        live_and_fail(&store, &model, unit).await;
+        live_and_fail(&store, &model, part.as_str(), unit, 5).await;
+        // Nothing can be learned from these; their lesson comes first, and the other does not wait for it.
+        live_and_fail(&store, &model, "A-1", 100 + unit, 1).await;
     }
     work(&store).await;
     while store.priors(&operator).await.unwrap().is_empty() {
         work_a_while(&store).await;
     }
     let learned = store.priors(&operator).await.unwrap().remove(0);
+    assert_eq!(learned.part_number, part);
     assert_eq!((learned.lives, learned.parent), (Lesson::MIN_LIVES, model.summary().prior));
     let prior = Prior::from_bytes(&store.prior_body(&operator, &learned.hash).await.unwrap().unwrap()).unwrap();
     assert_eq!(prior.hash, learned.hash);

@@ -45,8 +45,8 @@ impl Sqlite {
         Ok(lives)
     }
 
-    pub(crate) async fn next_lesson(&self) -> Result<Option<Lesson>, StoreError> {
-        let row: Option<LessonRow> = sqlx::query_as(
+    pub(crate) async fn lessons(&self) -> Result<Vec<Lesson>, StoreError> {
+        let rows: Vec<LessonRow> = sqlx::query_as(
             "select f.operator, f.part_number, f.model, f.lives from (
                select l.operator, l.part_number, g.model, count(*) as lives
                from lives l cross join generations g cross join bundles b
@@ -60,14 +60,14 @@ impl Sqlite {
                  select p.lives from priors p
                  where p.operator = f.operator and p.part_number = f.part_number and p.model = f.model
                  order by p.learned_at desc, p.hash desc limit 1), 0)
-             order by f.operator, f.part_number limit 1",
+             order by f.operator, f.part_number",
         )
         .bind(Lesson::MIN_LIVES)
         .bind(Lesson::GROWTH.0)
         .bind(Lesson::GROWTH.1)
-        .fetch_optional(&self.readers)
+        .fetch_all(&self.readers)
         .await?;
-        row.map(LessonRow::lesson).transpose()
+        rows.into_iter().map(LessonRow::lesson).collect()
     }
 }
 
