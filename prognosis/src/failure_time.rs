@@ -125,7 +125,7 @@ fn most_likely(late: &[Vec<Residuals>], parent: Option<(FailureTimeError, f64)>)
         for forecasts in late {
             forecasts.iter().for_each(|residuals| sums.explain(residuals, error, 1.0 / forecasts.len() as f64));
         }
-        error = sums.maximise();
+        error = sums.maximise().unwrap_or(error);
     }
     error
 }
@@ -158,9 +158,13 @@ impl Sums {
         }
     }
 
-    fn maximise(&self) -> FailureTimeError {
+    /// `None` where no draw explains any failure.
+    fn maximise(&self) -> Option<FailureTimeError> {
+        if self.weight == 0.0 {
+            return None;
+        }
         let offset_fh = self.errors / self.weight;
         let variance = self.squares / self.weight - offset_fh * offset_fh;
-        FailureTimeError { offset_fh, sd_fh: variance.max(MIN_SD_FH * MIN_SD_FH).sqrt() }
+        Some(FailureTimeError { offset_fh, sd_fh: variance.max(MIN_SD_FH * MIN_SD_FH).sqrt() })
     }
 }

@@ -134,7 +134,7 @@ impl Posterior {
     pub fn entries(&self) -> Vec<EntryEstimate> {
         let mut entries = vec![None; self.model.len()];
         for (index, group) in self.model.groups.iter().enumerate() {
-            for (axis, &entry) in group_entries(group).iter().enumerate() {
+            for (axis, entry) in group_entries(group).enumerate() {
                 let mut estimate = self.entry(index, axis);
                 if matches!(group, FaultGroup::OneSided { .. }) {
                     estimate.deviation.mean = estimate.deviation.mean.max(0.0);
@@ -273,11 +273,12 @@ impl Moments {
 }
 
 /// Entries of the fault vector in the order of the axes of a group.
-pub(crate) fn group_entries(group: &FaultGroup) -> Vec<usize> {
-    match *group {
-        FaultGroup::OneSided { index } => vec![index],
-        FaultGroup::Pair { indices } => indices.into(),
-    }
+pub(crate) fn group_entries(group: &FaultGroup) -> impl Iterator<Item = usize> + use<> {
+    let (first, second) = match *group {
+        FaultGroup::OneSided { index } => (index, None),
+        FaultGroup::Pair { indices: [a, b] } => (a, Some(b)),
+    };
+    std::iter::once(first).chain(second)
 }
 
 /// An index with probability as given; the last takes what rounding leaves over.

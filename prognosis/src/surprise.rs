@@ -28,7 +28,7 @@ impl Filter {
         let posterior = self.posterior();
         let mut expected = vec![None; self.model.len()];
         for (index, group) in self.model.groups.iter().enumerate() {
-            for (axis, entry) in group_entries(group).into_iter().enumerate() {
+            for (axis, entry) in group_entries(group).enumerate() {
                 let nominal = self.model.nominal[entry];
                 let any = &self.particles[0].modes[index].minor.axes[axis];
                 let measured = any.measured(block, &self.model.nominal, self.clipped_mean);

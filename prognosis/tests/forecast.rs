@@ -3,13 +3,18 @@
 mod labelled;
 mod simulated;
 
-use std::path::Path;
+use std::{
+    path::Path,
+    sync::atomic::{AtomicUsize, Ordering},
+};
 
 use domain::{FaultModel, RulDistribution, Stream};
 use prognosis::{
-    Boundary, Draws, Filter, FleetPrior, Forecast, ForecastSettings, Margin, Posterior, Precision, blocks, forecast,
+    Boundary, Draws, Filter, FleetPrior, Forecast, ForecastSettings, GrowthChanges, Margin, Posterior, Precision,
+    blocks, forecast,
     surrogate::{LabelledFaults, RegressionSettings, Surrogate, SurrogateSettings, SvmSettings},
 };
+use proptest::prelude::*;
 use rayon::prelude::*;
 use simulated::{Growth, observe};
 
@@ -126,6 +131,70 @@ fn only_what_is_not_known_is_widened() {
     assert!(spread(&nowhere) > 1.1 * spread(&sure), "{} and {}", spread(&nowhere), spread(&sure));
     let same = partly.ends_fh.iter().zip(&sure.ends_fh).filter(|(a, b)| a == b).count() as f64 / 1000.0;
     assert!(same > 0.05 && same <= 1.0 - 0.5 * partly.outside_training_fraction, "{same}");
+}
+
+/// A margin that may be asked for so many times.
+struct Asked {
+    margin: fn(&[f64]) -> f64,
+    times: AtomicUsize,
+}
+
+impl Asked {
+    const MOST: usize = 5_000_000;
+}
+
+impl Boundary for Asked {
+    fn margin(&self, k: &[f64]) -> f64 {
+        assert!(self.times.fetch_add(1, Ordering::Relaxed) < Self::MOST, "a path without end");
+        (self.margin)(k)
+    }
+}
+
+/// Boundaries that are hard to meet: kinked, flat, no number everywhere or in part, never crossed, infinitely steep.
+const HARD: [fn(&[f64]) -> f64; 9] = [
+    |k| -k.iter().sum::<f64>(),
+    |k| k.iter().sum(),
+    |k| 0.2 - (k[0] - 0.05).abs().max((k[3] - 0.5).abs()),
+    |_| 0.0,
+    |_| 1.0,
+    |_| f64::NAN,
+    |k| if k[0] < 0.05 { f64::NAN } else { -1.0 },
+    |k| if k[0] < 0.05 { 1.0 } else { f64::NEG_INFINITY },
+    |k| 0.1 - (k[0] + k[1] + k[2]).sqrt(),
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Whatever the boundary, and however wildly faults grow, every draw comes to an end that is a number, or
+    /// outlives the horizon.
+    #[test]
+    fn every_path_ends(
+        margin in prop::sample::select(&HARD[..]),
+        noise in prop::sample::select(&[0.0, 2.5e-4, 10.0][..]),
+        growth in prop::sample::select(&[1e-6, 1.0, 1e4, 1e18][..]),
+        bias_per_h in prop::sample::select(&[0.0, 2e-5, 1e3, -1e3, -1e14][..]),
+        seed in 0..1000_u64,
+    ) {
+        let changes = GrowthChanges { probability: 1.0, start: growth, particles: 1, ..GrowthChanges::default() };
+        let mut prior = FleetPrior { process_noise: noise, growth_changes: Some(changes), ..FleetPrior::vague() };
+        prior.one_sided.dominant.mean_per_h = bias_per_h;
+        prior.pair.minor.mean_per_h = bias_per_h;
+        let new = Filter::new(&FaultModel::electrical(), &prior).posterior();
+        let boundary = Asked { margin, times: AtomicUsize::new(0) };
+        let forecast = run(&new, &boundary, Draws::fixed(8), seed);
+        prop_assert!(forecast.ends_fh.iter().flatten().all(|end_fh| (0.0..8000.0).contains(end_fh)));
+    }
+}
+
+/// Where the margin is no number a life counts as healthy, and its end is sought from there on.
+#[test]
+fn a_margin_that_is_no_number_is_not_a_failure_now() {
+    let boundary = Asked { margin: HARD[6], times: AtomicUsize::new(0) };
+    let new = Filter::new(&FaultModel::electrical(), &FleetPrior::vague()).posterior();
+    let forecast = run(&new, &boundary, Draws::fixed(200), 1);
+    assert_eq!(forecast.failed_fraction, 0.0);
+    assert!(forecast.ends_fh.iter().flatten().count() > 20);
 }
 
 fn samples() -> Vec<LabelledFaults> {

@@ -24,9 +24,9 @@ use crate::{boundary::Boundary, posterior::Posterior, prior::FailureTimeError};
 pub struct ForecastSettings {
     /// How many draws.
     pub draws: Draws,
-    /// Ends beyond are censored, flight hours from now.
+    /// Ends beyond are censored, flight hours from now; finite.
     pub horizon_fh: f64,
-    /// Longest stretch of a path whose crossing is drawn from its ends alone, flight hours.
+    /// Longest stretch of a path whose crossing is drawn from its ends alone, flight hours; above zero.
     pub step_fh: f64,
 }
 
@@ -109,7 +109,7 @@ impl Forecast {
 /// `error` is the boundary's own error in failure time, added to each crossing.
 ///
 /// # Panics
-/// Without draws.
+/// Without draws, or with a horizon or step that no path comes to the end of.
 pub fn forecast(
     posterior: &Posterior,
     lag_fh: f64,
@@ -120,6 +120,7 @@ pub fn forecast(
 ) -> Forecast {
     let Draws { least, most, precision } = settings.draws;
     assert!(least > 0, "a forecast without draws");
+    assert!(settings.horizon_fh.is_finite() && settings.step_fh > 0.0, "a forecast without end: {settings:?}");
     let mut ends: Vec<End> = Vec::with_capacity(least);
     let mut sample = Sample::default();
     while ends.len() < least || (ends.len() < most && !sample.meets(&precision, settings.horizon_fh)) {

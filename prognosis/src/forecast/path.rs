@@ -19,12 +19,14 @@ use crate::{
     boundary::Boundary,
     growth_changes::GrowthChanges,
     kalman::Transition,
-    posterior::{Draw, Posterior},
+    posterior::{Draw, Posterior, group_entries},
 };
 
 /// Farthest that a fault is expected to move in one step, so that no step leaps over the boundary to
 /// where no fault vector ever was.
 const STRIDE: f64 = 0.05;
+/// A step is never shorter, hours, so that every path gets to its horizon, however fast its faults move.
+const LEAST_STEP_FH: f64 = 1.0;
 /// A one-sided fault so many standard deviations of the noise above nominal does not meet it.
 const FREE_SD: f64 = 3.0;
 /// Steps of one that may, hours.
@@ -133,7 +135,8 @@ impl<'a> Path<'a> {
                 self.ahead.extend([next, middle]);
             } else if hidden > NEGLIGIBLE && self.stream.uniform() < hidden {
                 let share = bridge.passage_share(&mut self.stream);
-                let share = self.bent(share, &next);
+                // Where a margin is no number, all that is known is that the crossing comes before `next`.
+                let share = self.bent(share, &next).min(1.0);
                 self.move_between(next, share);
                 return Some(self.here.t_fh);
             } else {
@@ -163,7 +166,7 @@ impl<'a> Path<'a> {
     /// The next step into the unknown.
     fn advance(&mut self, until_fh: f64) -> Point {
         let aim_fh = f64::min(self.stride_fh(), self.expected_crossing_fh() + 0.5 * self.step_fh);
-        let t_fh = f64::min(self.here.t_fh + aim_fh, until_fh).min(self.growth.next_change_fh());
+        let t_fh = f64::min(self.here.t_fh + aim_fh.max(LEAST_STEP_FH), until_fh).min(self.growth.next_change_fh());
         let dt_fh = t_fh - self.here.t_fh;
         let x = (0..self.here.x.len()).map(|entry| self.carry(entry, dt_fh)).collect();
         self.look(t_fh, x)
@@ -230,10 +233,13 @@ impl<'a> Path<'a> {
     }
 
     /// A point between here and `next`, so that the crossing lies in a short stretch beside it.
+    ///
+    /// It is an eighth of the stretch away from here at least, and from `next` by half a short one at least, so
+    /// that divisions come to an end.
     fn divide(&mut self, next: &Point) -> Point {
         let whole_fh = next.t_fh - self.here.t_fh;
         let short_fh = SHORT * self.step_fh;
-        let before_fh = self.likely_crossing_fh(next) - 0.5 * short_fh;
+        let before_fh = self.likely_crossing_fh(next).min(whole_fh) - 0.5 * short_fh;
         let dt_fh = if before_fh > 0.125 * whole_fh { before_fh } else { short_fh.max(0.25 * whole_fh) };
         let x = self.bridge(next, dt_fh);
         self.look(self.here.t_fh + dt_fh, x)
@@ -271,7 +277,7 @@ impl<'a> Path<'a> {
     /// A draw of where the path to `next` is after `dt_fh`.
     ///
     /// With m ~ N(E x + d, q) and next | m ~ N(F m + e, r): mean E x + d + (next - F (E x + d) - e) F q /
-    /// (F^2 q + r), variance q r / (F^2 q + r).
+    /// (F^2 q + r), variance q r / (F^2 q + r); without noise the path is known.
     fn bridge(&mut self, next: &Point, dt_fh: f64) -> Vec<f64> {
         let rest_fh = next.t_fh - self.here.t_fh - dt_fh;
         let mut middle = Vec::with_capacity(next.x.len());
@@ -280,7 +286,7 @@ impl<'a> Path<'a> {
             let bias = self.draw.bias_per_h[entry];
             let expected = to.growth * x + to.drive * bias;
             let missed = next.x[entry] - from.growth * expected - from.drive * bias;
-            let total = from.growth * from.growth * to.noise + from.noise;
+            let total = (from.growth * from.growth * to.noise + from.noise).max(f64::MIN_POSITIVE);
             let noise = (to.noise * from.noise / total).sqrt() * self.stream.normal();
             middle.push(expected + missed * from.growth * to.noise / total + noise);
         }
@@ -315,7 +321,7 @@ impl<'a> Path<'a> {
     fn driver(&self) -> usize {
         let groups = &self.posterior.model.groups;
         let weight =
-            |group: &FaultGroup| -> f64 { entries(group).map(|e| -self.here.gradient[e] * self.here.x[e]).sum() };
+            |group: &FaultGroup| -> f64 { group_entries(group).map(|e| -self.here.gradient[e] * self.here.x[e]).sum() };
         let weights: Vec<f64> = groups.iter().map(weight).collect();
         let largest = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let contends = |&group: &usize| largest <= 0.0 || weights[group] >= CONTENDER * largest;
@@ -337,22 +343,13 @@ impl<'a> Path<'a> {
     fn margin_without(&self, group: &FaultGroup) -> f64 {
         let nominal = &self.posterior.model.nominal;
         let mut faults: Vec<f64> = self.here.x.iter().zip(nominal).map(|(x, nominal)| x + nominal).collect();
-        entries(group).for_each(|entry| faults[entry] = nominal[entry]);
+        group_entries(group).for_each(|entry| faults[entry] = nominal[entry]);
         self.boundary.margin(&faults)
     }
 }
 
 fn nearer<'a>(a: &'a Point, b: &'a Point) -> &'a Point {
     if b.margin.abs() < a.margin.abs() { b } else { a }
-}
-
-/// Entries of the fault vector that a group consists of.
-fn entries(group: &FaultGroup) -> impl Iterator<Item = usize> + use<> {
-    let (first, second) = match *group {
-        FaultGroup::OneSided { index } => (index, None),
-        FaultGroup::Pair { indices: [a, b] } => (a, Some(b)),
-    };
-    std::iter::once(first).chain(second)
 }
 
 /// The growth multiplier of one draw, from now on.
