@@ -13,14 +13,15 @@ struct Judged {
 }
 
 impl Judged {
-    /// Units whose remaining life was told; their truth counts from the newest data.
+    /// Units whose remaining life was told; their truth counts from the newest data, and is zero for one that
+    /// has failed since: it fails in the middle of its last flight.
     fn all<'a>(prognoses: &[RulBody], units: impl Iterator<Item = Truth<'a>>) -> Vec<Self> {
         let judge = |unit: Truth| {
             let mut of_unit = prognoses.iter().filter(|body| body.serial_number == unit.serial_number.as_str());
             let body = of_unit.find(|body| body.part_number == unit.part_number)?;
             let (rul, as_of) = (body.rul_fh.as_ref()?, body.as_of.as_ref()?);
             let quantiles_fh = [rul.p10, rul.p50, rul.p90];
-            Some(Self { truth_fh: unit.failure_fh - as_of.flight_hours, quantiles_fh })
+            Some(Self { truth_fh: (unit.failure_fh - as_of.flight_hours).max(0.0), quantiles_fh })
         };
         units.filter_map(judge).collect()
     }

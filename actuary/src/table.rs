@@ -39,7 +39,9 @@ pub fn fleet(prognoses: &[RulBody]) -> String {
 
 /// What is due, with a heading, and behind it what is unknown.
 pub fn due(list: &DueBody) -> String {
-    let (totals, percent) = (list.totals, 100.0 * list.risk);
+    let totals = list.totals;
+    // Without the digits that the multiplication adds.
+    let percent = (1e11 * list.risk).round() / 1e9;
     let mut table = format!(
         "{} of {} actuators have failed, or fail within {} fh of their newest data with more than {percent} %; \
          unknown: {}.\n",

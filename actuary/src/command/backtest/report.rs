@@ -183,7 +183,7 @@ fn words(metrics: &Metrics) -> String {
             "&plusmn; 25 % of the true remaining life.</dd>",
             "<dt>Horizon</dt><dd>True remaining life when that is first so (&plusmn; 25 %), and from when on the median stays ",
             "within a tenth of the whole life of the truth until failure; medians over runs, zero for a run where it never is.</dd>",
-            "<dt>Beyond horizon, doubted</dt><dd>Share of the predictions whose median is beyond the horizon, and of those that ",
+            "<dt>Beyond, doubted</dt><dd>Share of the predictions whose median is beyond the horizon, and of those that ",
             "the estimator advises not to trust, because the life is unlike those that it knows.</dd>",
             "<dt>Oracle</dt><dd>A filter that is told how the very life grows, and changes of growth once they have come: what ",
             "is left is the error of diagnoses, the noise of wear and the future. It bounds what can be known.</dd>",

@@ -70,7 +70,7 @@ pub fn scores(page: &mut Page) {
         concat!(
             "<tr><th>estimator</th><th>runs</th><th>CRPS<br>h</th><th>difference<br>h</th><th>80 %<br>covers</th>",
             "<th>95 %<br>covers</th><th>80 %, last<br>1000 h</th><th>95 %, last<br>1000 h</th><th>horizon<br>&plusmn; 25 %, h</th>",
-            "<th>horizon<br>10 % of life, h</th><th>relative<br>accuracy</th><th>gap<br>closed</th><th>beyond horizon,<br>doubted</th></tr>"
+            "<th>horizon<br>10 % of life, h</th><th>relative<br>accuracy</th><th>gap<br>closed</th><th>beyond,<br>doubted</th></tr>"
         ),
         &with_minus_signs(&rows),
     );
