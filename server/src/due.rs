@@ -6,15 +6,17 @@
 
 use std::cmp::Ordering;
 
-use domain::{ADVISORY, OperatorId, Position, RulDistribution, TailNumber, prognosis::Forecast, rul::HORIZON_FH};
-use proto::json::{AsOfBody, Doubt, DoubtKind, DueBody, DueItem, DueTotals, LatestSafe, Status};
+use domain::{
+    ADVISORY, DoubtKind, OperatorId, Position, RulDistribution, TailNumber, prognosis::Forecast, rul::HORIZON_FH,
+};
+use proto::json::{AsOfBody, Doubt, DueBody, DueItem, DueTotals, LatestSafe, Status};
 use store::{Installed, InstalledTail};
 
 use crate::{State, answer, refusal::Refusal};
 
 /// Hours that are asked about unless told otherwise.
 const WITHIN_FH: f64 = 500.0;
-/// Risk from which on a component is due unless told otherwise.
+/// Risk above which a component is due unless told otherwise.
 const RISK: f64 = 0.1;
 /// Tails that are read from the store at once.
 const TAILS_AT_ONCE: u32 = 200;
@@ -182,7 +184,7 @@ fn judged(state: &State, installed: &Installed, threshold: Threshold) -> Option<
         _ => return None,
     };
     let told = p.filter(|_| part != Part::Unknown && installed.found_failed_fh.is_none());
-    let safe = forecast.filter(|_| part == Part::Due).and_then(|f| latest_safe(installed, &f.rul, threshold.risk));
+    let safe = forecast.filter(|_| part == Part::Due).and_then(|f| latest_safe(installed, &f.rul, threshold));
     let item = item(installed, status, forecast);
     let (p, standard_error) = told.unzip();
     Some((part, DueItem { p, standard_error, latest_safe: safe, reason, ..item }))
@@ -218,9 +220,9 @@ fn why_unknown(state: &State, installed: &Installed, status: Status, threshold: 
             format!("the newest data is {days} days old")
         }),
         Status::Inconsistent => prognosis.map(|prognosis| {
-            let doubts = prognosis.forecast.iter().flat_map(|forecast| &forecast.doubts).map(Doubt::from);
-            let against: Vec<_> = doubts.filter(|doubt| doubt.kind == DoubtKind::Inconsistent).collect();
-            against.into_iter().map(|doubt| doubt.detail).collect::<Vec<_>>().join("; ")
+            let doubts = prognosis.forecast.iter().flat_map(|forecast| &forecast.doubts);
+            let against = doubts.filter(|doubt| doubt.kind == DoubtKind::Inconsistent);
+            against.map(|doubt| doubt.detail.as_str()).collect::<Vec<_>>().join("; ")
         }),
         Status::Ok | Status::BeyondHorizon => {
             let horizon_fh = prognosis?.forecast.as_ref().ok()?.rul.horizon_fh();
@@ -229,9 +231,11 @@ fn why_unknown(state: &State, installed: &Installed, status: Status, threshold: 
     }
 }
 
-fn latest_safe(installed: &Installed, rul: &RulDistribution, risk: f64) -> Option<LatestSafe> {
+/// Of a component that is due. A quantile lies between two draws, the latter of which may be beyond the hours
+/// that were asked about or the horizon; but within those hours the risk is exceeded.
+fn latest_safe(installed: &Installed, rul: &RulDistribution, threshold: Threshold) -> Option<LatestSafe> {
     let as_of = &installed.prognosis.as_ref()?.as_of;
-    let remaining_fh = rul.quantile_fh(risk)?;
+    let remaining_fh = rul.quantile_fh(threshold.risk).map_or(threshold.within_fh, |fh| fh.min(threshold.within_fh));
     let fh_per_day = installed.utilisation_fh_per_day.filter(|fh_per_day| *fh_per_day > 0.0);
     Some(LatestSafe {
         remaining_fh,

@@ -11,7 +11,7 @@ use proto::json::{DueBody, DueItem};
 
 use super::{
     html,
-    words::{Badge, grouped, percent},
+    words::{Badge, grouped},
 };
 use crate::{
     app::Shared,
@@ -85,7 +85,7 @@ impl DuePage {
             within_fh: body.within_fh,
             within_words: grouped(body.within_fh),
             risk: body.risk,
-            risk_words: percent(body.risk),
+            risk_words: risk_words(body.risk),
             refused: None,
             csv,
             components: body.totals.components,
@@ -108,14 +108,20 @@ impl DuePage {
     }
 }
 
+/// In percent as it was asked for, however small: without the digits that the multiplication adds.
+fn risk_words(risk: f64) -> String {
+    format!("{} %", (1e11 * risk).round() / 1e9)
+}
+
 impl Row {
     fn new(item: DueItem) -> Self {
         let safe = item.latest_safe.as_ref();
         let none = || "none".to_owned();
         let hours = |hours: f64| format!("{} fh", grouped(hours));
-        let notes = item.reason.clone().into_iter();
-        let doubts = item.doubts.iter().flatten().map(|doubt| doubt.detail.clone());
-        let doubts: Vec<_> = doubts.filter(|detail| Some(detail) != item.reason.as_ref()).collect();
+        // The reason of a component that contradicts the model names its doubts already.
+        let told = |detail: &String| item.reason.as_ref().is_some_and(|reason| reason.contains(detail));
+        let doubts = item.doubts.iter().flatten().map(|doubt| &doubt.detail).filter(|detail| !told(detail));
+        let notes = item.reason.iter().chain(doubts).cloned().collect();
         Self {
             badge: Badge::due(item.status),
             p: match item.p.zip(item.standard_error) {
@@ -133,7 +139,7 @@ impl Row {
                     format!("{} fh, {day}", grouped(as_of.flight_hours))
                 },
             ),
-            notes: notes.chain(doubts).collect(),
+            notes,
             tail: item.tail,
             position: item.position,
             part_number: item.part_number,

@@ -117,6 +117,18 @@ async fn hours_and_risk_move_the_threshold() {
 }
 
 #[tokio::test]
+async fn what_is_due_is_safe_for_no_longer_than_was_asked() {
+    let house = House::open().await;
+    judged(&house, "EC-TEN", &[0.0], Ok(ending_every(10.0))).await;
+    // 11 of 100 draws end within 112 h; the quantile is between the 11th at 110 h and the 12th at 120 h.
+    let body = house.read(&format!("{DUE}?within_fh=112&risk=0.108")).await;
+    assert_eq!(
+        (&body["items"][0]["p"], &body["items"][0]["latest_safe"]["remaining_fh"]),
+        (&json!(0.11), &json!(112.0))
+    );
+}
+
+#[tokio::test]
 async fn a_forecast_that_ends_earlier_says_nothing_of_later() {
     let house = House::open().await;
     let ends: Vec<_> = (1..=100).map(|i| Some(70.0 * f64::from(i))).collect();
