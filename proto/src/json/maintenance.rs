@@ -83,6 +83,13 @@ pub struct MaintenanceAck {
     pub event_id: String,
     /// What became of it.
     pub status: MaintenanceStatus,
+    /// How it contradicts the newest upload of the component; absent when it does not. It was stored
+    /// nevertheless, since either may be wrong: void it if it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(
+        example = "523.4 fh are not possible for a component whose newest upload tells 5230 fh at 2026-02-28T09:10:00Z"
+    )]
+    pub warning: Option<String>,
 }
 
 /// A stored event.

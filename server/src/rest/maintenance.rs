@@ -18,6 +18,9 @@ use super::{
 };
 use crate::{State, app::Shared, parameters::Named, refusal::Refusal};
 
+/// How far hours and times of uploads and events may differ: mechanics round, and name days.
+const SLACK_H: f64 = 24.0;
+
 /// An event at a position in a path.
 #[derive(Deserialize)]
 pub struct One {
@@ -31,7 +34,8 @@ pub struct One {
 /// A component that was found `failed` has the status `failed` from then on, whatever its forecast says;
 /// its life is finished, and what was forecast of it is judged by the flight hours of the finding. The
 /// component is the one that is named, wherever it was; it must have sent an upload before. Sending the
-/// same event again is harmless.
+/// same event again is harmless. An event whose flight hours contradict those of uploads is stored, with a
+/// warning.
 #[utoipa::path(
     post, path = "/v1/tails/{tail}/positions/{position}/maintenance", tag = "maintenance",
     operation_id = "postMaintenance",
@@ -65,7 +69,25 @@ pub async fn post(
             return Err(Refusal::NotFound(format!("component {part_number} {serial_number} is not known")));
         }
     };
-    Ok((code, Json(MaintenanceAck { event_id: event.event_id.into(), status })).into_response())
+    let warning = contradiction(&shared.state, &event).await?;
+    Ok((code, Json(MaintenanceAck { event_id: event.event_id.into(), status, warning })).into_response())
+}
+
+/// How an event contradicts the newest upload of its component: time only goes on, and no component flies longer
+/// than time passes.
+async fn contradiction(state: &State, event: &MaintenanceEvent) -> Result<Option<String>, Refusal> {
+    let record = state.store.component(&event.component(&OperatorId::default())).await?;
+    let newest = record.and_then(|record| record.lives.into_iter().rev().find_map(|life| life.last));
+    Ok(newest.and_then(|newest| {
+        let passed_h = event.occurred_at.hours_since(newest.recorded_at);
+        let possible_fh = passed_h.min(0.0) - SLACK_H..=passed_h.max(0.0) + SLACK_H;
+        (!possible_fh.contains(&(event.flight_hours - newest.flight_hours))).then(|| {
+            format!(
+                "{} fh at {} are not possible for a component whose newest upload tells {} fh at {}",
+                event.flight_hours, event.occurred_at, newest.flight_hours, newest.recorded_at
+            )
+        })
+    }))
 }
 
 fn conflict(event: &MaintenanceEvent) -> Refusal {

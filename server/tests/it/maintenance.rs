@@ -61,6 +61,25 @@ async fn a_finding_is_stored_once() {
 }
 
 #[tokio::test]
+async fn hours_that_contradict_uploads_are_stored_with_a_warning() {
+    let house = house().await;
+    // The newest upload: 200 h, at 2026-02-26T00:00:00Z. It is 81 h until the finding.
+    for (i, (flight_hours, contradicts)) in
+        [(176.0, false), (175.9, true), (305.0, false), (305.1, true), (1e6, true)].into_iter().enumerate()
+    {
+        let mut body = finding(&format!("WO-{i}"), "serviceable");
+        body["flight_hours"] = json!(flight_hours);
+        let (status, ack) = report(&house, &body).await;
+        assert_eq!((status, ack["warning"].is_string()), (201, contradicts), "{flight_hours}: {ack}");
+        assert_eq!(report(&house, &body).await.1["warning"], ack["warning"], "told again");
+    }
+    let mut earlier = finding("WO-9", "serviceable");
+    (earlier["flight_hours"], earlier["occurred_at"]) = (json!(80.0), json!("2026-02-11T00:00:00Z"));
+    assert_eq!(report(&house, &earlier).await.1["warning"], Value::Null, "reported late");
+    assert_eq!(house.read(COMPONENT).await["events"].as_array().unwrap().len(), 6);
+}
+
+#[tokio::test]
 async fn a_component_that_was_found_failed_has_failed() {
     let house = house().await;
     assert_eq!(house.read(&format!("{PLACE}/rul")).await["found_failed_fh"], Value::Null);
