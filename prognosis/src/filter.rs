@@ -31,7 +31,7 @@ use crate::{
 };
 
 /// Standard deviation of every deviation at the start of a life.
-const START_SD: f64 = 1e-3;
+pub(crate) const START_SD: f64 = 1e-3;
 /// Of all random numbers.
 const SEED: u64 = 0;
 
@@ -215,18 +215,26 @@ fn resample(particles: &mut [Particle], stream: &mut Stream) {
         return;
     }
     let log_share = log_sum(&log_weights) - libm::log(n);
-    let (mut chosen, mut parent, mut up_to) = (Vec::with_capacity(particles.len()), 0, weights[0]);
-    let offset = stream.uniform();
-    for index in 0..particles.len() {
-        while up_to * n < index as f64 + offset && parent + 1 < particles.len() {
+    let chosen = systematic(&weights, stream.uniform()).into_iter().map(|parent| {
+        let particle = particles[parent].clone();
+        let log_evidence = log_sum(&log_dominance(&particle.modes));
+        Particle { log_prior: log_share - log_evidence, ..particle }
+    });
+    particles.clone_from_slice(&chosen.collect::<Vec<_>>());
+}
+
+/// As many indices as there are weights, each as often as its weight says (systematic resampling); `offset` is
+/// between zero and one.
+pub(crate) fn systematic(weights: &[f64], offset: f64) -> Vec<usize> {
+    let (n, mut parent, mut up_to) = (weights.len() as f64, 0, weights[0]);
+    let pick = |index: usize| {
+        while up_to * n < index as f64 + offset && parent + 1 < weights.len() {
             parent += 1;
             up_to += weights[parent];
         }
-        let particle = particles[parent].clone();
-        let log_evidence = log_sum(&log_dominance(&particle.modes));
-        chosen.push(Particle { log_prior: log_share - log_evidence, ..particle });
-    }
-    particles.clone_from_slice(&chosen);
+        parent
+    };
+    (0..weights.len()).map(pick).collect()
 }
 
 impl Particle {

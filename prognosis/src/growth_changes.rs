@@ -63,3 +63,31 @@ impl GrowthChanges {
         factor
     }
 }
+
+/// The changes to come of one life.
+pub(crate) struct ChangesToCome {
+    law: GrowthChanges,
+    stream: Stream,
+    next_fh: f64,
+}
+
+impl ChangesToCome {
+    /// From now on, by random numbers of their own.
+    pub fn new(law: GrowthChanges, stream: &Stream) -> Self {
+        let mut stream = stream.substream(0);
+        let next_fh = law.wait_fh(&mut stream);
+        Self { law, stream, next_fh }
+    }
+
+    /// When the next one comes, hours from now.
+    pub fn next_fh(&self) -> f64 {
+        self.next_fh
+    }
+
+    /// Makes the next one, and says by what it multiplies the growth.
+    pub fn make(&mut self) -> f64 {
+        let factor = self.law.factor(&mut self.stream);
+        self.next_fh += self.law.wait_fh(&mut self.stream);
+        factor
+    }
+}

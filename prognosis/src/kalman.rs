@@ -88,17 +88,23 @@ impl Track {
         let noise = variance_ratio * measured.variance;
         let variance = spread + noise;
         let z2 = innovation * innovation / variance;
-        let limit = OUTLIER * OUTLIER;
-        let robust = spread + noise * f64::max(1.0, z2 / limit);
+        let robust = spread + noise * f64::max(1.0, z2 / (OUTLIER * OUTLIER));
         let (gain_x, gain_b) = (slope * self.p_xx / robust, slope * self.p_xb / robust);
         self.x += gain_x * innovation;
         self.b += gain_b * innovation;
         self.p_bb -= gain_b * slope * self.p_xb;
         self.p_xb -= gain_x * slope * self.p_xb;
         self.p_xx -= gain_x * slope * self.p_xx;
-        let rho = if z2 < limit { z2 } else { 2.0 * OUTLIER * z2.sqrt() - limit };
-        -0.5 * (libm::log(variance) + rho)
+        robust_log_likelihood(z2, variance)
     }
+}
+
+/// Of a standardised innovation whose square is `z2`, up to a constant; an outlier counts as linear in its size
+/// (Huber).
+pub(crate) fn robust_log_likelihood(z2: f64, variance: f64) -> f64 {
+    let limit = OUTLIER * OUTLIER;
+    let rho = if z2 < limit { z2 } else { 2.0 * OUTLIER * z2.sqrt() - limit };
+    -0.5 * (libm::log(variance) + rho)
 }
 
 #[cfg(test)]

@@ -281,6 +281,14 @@ pub(crate) fn group_entries(group: &FaultGroup) -> impl Iterator<Item = usize> +
     std::iter::once(first).chain(second)
 }
 
+/// Entries of the fault vector that are never below nominal.
+pub(crate) fn one_sided(model: &FaultModel) -> impl Iterator<Item = usize> {
+    model.groups.iter().filter_map(|group| match *group {
+        FaultGroup::OneSided { index } => Some(index),
+        FaultGroup::Pair { .. } => None,
+    })
+}
+
 /// An index with probability as given; the last takes what rounding leaves over.
 fn pick(probabilities: impl ExactSizeIterator<Item = f64>, stream: &mut Stream) -> usize {
     let last = probabilities.len() - 1;

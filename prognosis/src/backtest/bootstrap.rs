@@ -8,10 +8,8 @@
 //!   estimators on the same runs see the same resamples.
 //! - Source: Efron and Tibshirani 1993, percentile method.
 
-use domain::Stream;
+use domain::{Scoreboard, Stream};
 use serde::Serialize;
-
-use domain::Scoreboard;
 
 use super::{RunScore, scoreboard};
 

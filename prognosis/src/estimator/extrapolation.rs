@@ -6,12 +6,12 @@
 //!   bisection over the steps between, and the margin is interpolated linearly inside the step found.
 //! - Requirements: a path that is healthy at two such looks counts as healthy between them.
 
-use domain::{FaultGroup, FaultModel, Propagation, Stream};
+use domain::{FaultModel, Propagation, Stream};
 
 use super::PredictionSettings;
 use crate::{
     boundary::Boundary,
-    posterior::Moments,
+    posterior::{self, Moments},
     prior::{FailureTimeError, FleetPrior},
 };
 
@@ -70,11 +70,7 @@ pub(super) struct Extrapolation<'a> {
 impl<'a> Extrapolation<'a> {
     pub fn new(model: &'a FaultModel, prior: &FleetPrior, boundary: &'a dyn Boundary) -> Self {
         let mut one_sided = vec![false; model.len()];
-        for group in &model.groups {
-            if let FaultGroup::OneSided { index } = *group {
-                one_sided[index] = true;
-            }
-        }
+        posterior::one_sided(model).for_each(|entry| one_sided[entry] = true);
         let FleetPrior { process_noise, failure_time_error: error, .. } = *prior;
         Self { boundary, nominal: &model.nominal, one_sided, process_noise, error }
     }

@@ -14,7 +14,7 @@
 //! - Source: Gordon, Salmond, Smith 1993 for the filter, since reflection at nominal makes beliefs that are
 //!   far from normal; giving away the parameters as in bounds of filtering (Tichavsky et al. 1998).
 
-use domain::{FaultGroup, FaultModel, Stream};
+use domain::{FaultModel, Stream};
 
 use super::{
     Estimator, Follower, PredictionSettings, RulEstimate,
@@ -24,15 +24,13 @@ use crate::{
     block::{Block, Observation, OpenBlock},
     boundary::Boundary,
     clipping::{ClippedMean, Expected},
-    filter::normalised,
-    growth_changes::GrowthChanges,
+    filter::{START_SD, normalised, systematic},
+    growth_changes::{ChangesToCome, GrowthChanges},
+    kalman::robust_log_likelihood,
+    posterior::one_sided,
     prior::FleetPrior,
 };
 
-/// Standard deviation of a new actuator's deviation from nominal.
-const START_SD: f64 = 1e-3;
-/// Standardised innovations beyond this are treated as outliers.
-const OUTLIER: f64 = 3.0;
 /// Number of particles.
 const PARTICLES: usize = 1000;
 /// Of the random numbers of the filter.
@@ -161,7 +159,8 @@ impl Life<'_> {
         let (mut particles, mut stream) = (std::mem::take(&mut self.particles), self.stream.clone());
         particles.iter_mut().for_each(|x| self.carry(x, input, block.centre_fh, &mut stream));
         let log_weights: Vec<f64> = particles.iter().map(|x| self.log_likelihood(x, block)).collect();
-        self.particles = resampled(&particles, &normalised(&log_weights), stream.uniform());
+        let chosen = systematic(&normalised(&log_weights), stream.uniform());
+        self.particles = chosen.into_iter().map(|parent| particles[parent].clone()).collect();
         self.stream = stream;
         self.t_fh = block.centre_fh.max(self.t_fh);
     }
@@ -182,7 +181,7 @@ impl Life<'_> {
         }
     }
 
-    /// Of a block at the deviation x, up to a constant; an outlier counts as linear in its size (Huber).
+    /// Of a block at the deviation x, up to a constant.
     fn log_likelihood(&self, x: &[f64], block: &Block) -> f64 {
         let model = self.oracle.model;
         let mut expected: Vec<_> = x.iter().map(|&x| Expected { mean: x, slope: 1.0, variance_ratio: 1.0 }).collect();
@@ -190,34 +189,10 @@ impl Life<'_> {
         let of_entry = |(entry, expected): (usize, &Expected)| {
             let variance = expected.variance_ratio * block.variance[entry];
             let innovation = block.mean[entry] - model.nominal[entry] - expected.mean;
-            let z2 = innovation * innovation / variance;
-            let limit = OUTLIER * OUTLIER;
-            let rho = if z2 < limit { z2 } else { 2.0 * OUTLIER * z2.sqrt() - limit };
-            -0.5 * (libm::log(variance) + rho)
+            robust_log_likelihood(innovation * innovation / variance, variance)
         };
         expected.iter().enumerate().map(of_entry).sum()
     }
-}
-
-/// Entries of the fault vector that are never below nominal.
-fn one_sided(model: &FaultModel) -> impl Iterator<Item = usize> {
-    model.groups.iter().filter_map(|group| match *group {
-        FaultGroup::OneSided { index } => Some(index),
-        FaultGroup::Pair { .. } => None,
-    })
-}
-
-/// As many particles, each as often as its weight says (systematic resampling).
-fn resampled(particles: &[Vec<f64>], weights: &[f64], offset: f64) -> Vec<Vec<f64>> {
-    let (n, mut parent, mut up_to) = (particles.len() as f64, 0, weights[0]);
-    let pick = |index: usize| {
-        while up_to * n < index as f64 + offset && parent + 1 < particles.len() {
-            parent += 1;
-            up_to += weights[parent];
-        }
-        particles[parent].clone()
-    };
-    (0..particles.len()).map(pick).collect()
 }
 
 /// Load and temperature of a life.
@@ -265,17 +240,12 @@ struct Known<'a> {
     multiplier: f64,
     /// Hours from now.
     t_fh: f64,
-    /// The law of changes, its random numbers, and when the next one comes, hours from now.
-    changes: Option<(GrowthChanges, Stream, f64)>,
+    changes: Option<ChangesToCome>,
 }
 
 impl<'a> Known<'a> {
     fn new(law: &'a Law, input: [f64; 2], now_fh: f64, stream: &Stream) -> Self {
-        let changes = law.changes.map(|changes| {
-            let mut stream = stream.substream(0);
-            let first_fh = changes.wait_fh(&mut stream);
-            (changes, stream, first_fh)
-        });
+        let changes = law.changes.map(|changes| ChangesToCome::new(changes, stream));
         let drive = law.drive_per_h(input).iter().map(|drive| drive * STEP_FH).collect();
         Self { law, drive, multiplier: law.growth_at(now_fh), t_fh: 0.0, changes }
     }
@@ -283,12 +253,11 @@ impl<'a> Known<'a> {
     /// The integral of the multiplier over the next step.
     fn grown_h(&mut self) -> f64 {
         let (mut grown_h, end_fh) = (0.0, self.t_fh + STEP_FH);
-        if let Some((changes, stream, next_fh)) = &mut self.changes {
-            while *next_fh < end_fh {
-                grown_h += self.multiplier * (*next_fh - self.t_fh);
-                self.t_fh = *next_fh;
-                self.multiplier *= changes.factor(stream);
-                *next_fh += changes.wait_fh(stream);
+        if let Some(changes) = &mut self.changes {
+            while changes.next_fh() < end_fh {
+                grown_h += self.multiplier * (changes.next_fh() - self.t_fh);
+                self.t_fh = changes.next_fh();
+                self.multiplier *= changes.make();
             }
         }
         grown_h += self.multiplier * (end_fh - self.t_fh);

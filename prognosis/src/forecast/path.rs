@@ -17,9 +17,9 @@ use domain::{FaultGroup, Stream};
 use super::passage::BrownianBridge;
 use crate::{
     boundary::Boundary,
-    growth_changes::GrowthChanges,
+    growth_changes::ChangesToCome,
     kalman::Transition,
-    posterior::{Draw, Posterior, group_entries},
+    posterior::{self, Draw, Posterior, group_entries},
 };
 
 /// Farthest that a fault is expected to move in one step, so that no step leaps over the boundary to
@@ -87,11 +87,7 @@ impl<'a> Path<'a> {
         let tilt = stream.normal();
         let draw = posterior.draw(&mut stream);
         let mut one_sided = vec![false; draw.deviation.len()];
-        for group in &posterior.model.groups {
-            if let FaultGroup::OneSided { index } = *group {
-                one_sided[index] = true;
-            }
-        }
+        posterior::one_sided(&posterior.model).for_each(|entry| one_sided[entry] = true);
         let start = draw.deviation.clone();
         let here = Point { t_fh: 0.0, x: Vec::new(), margin: 0.0, gradient: Vec::new(), outside_training: false };
         let mut path = Self {
@@ -355,31 +351,24 @@ fn nearer<'a>(a: &'a Point, b: &'a Point) -> &'a Point {
 /// The growth multiplier of one draw, from now on.
 struct Growth {
     multiplier: f64,
-    /// The law, its random numbers, and when the next change comes, hours from now.
-    changes: Option<(GrowthChanges, Stream, f64)>,
+    changes: Option<ChangesToCome>,
 }
 
 impl Growth {
     fn new(draw: &Draw, stream: &Stream) -> Self {
-        let changes = draw.changes.map(|law| {
-            let mut stream = stream.substream(0);
-            let first_fh = law.wait_fh(&mut stream);
-            (law, stream, first_fh)
-        });
-        Self { multiplier: draw.growth, changes }
+        Self { multiplier: draw.growth, changes: draw.changes.map(|law| ChangesToCome::new(law, stream)) }
     }
 
     /// When it changes next, hours from now.
     fn next_change_fh(&self) -> f64 {
-        self.changes.as_ref().map_or(f64::INFINITY, |(_, _, next_fh)| *next_fh)
+        self.changes.as_ref().map_or(f64::INFINITY, ChangesToCome::next_fh)
     }
 
     /// Makes the change that comes at `t_fh`, and says whether one does.
     fn change_at(&mut self, t_fh: f64) -> bool {
         match &mut self.changes {
-            Some((law, stream, next_fh)) if t_fh >= *next_fh => {
-                self.multiplier *= law.factor(stream);
-                *next_fh = t_fh + law.wait_fh(stream);
+            Some(changes) if t_fh >= changes.next_fh() => {
+                self.multiplier *= changes.make();
                 true
             }
             _ => false,
