@@ -1,8 +1,12 @@
-//! The fleet and what is due in the terminal: one line per component, worst first.
+//! The fleet in the terminal: one line per component, worst first.
+
+mod due;
 
 use std::fmt::Write as _;
 
-use proto::json::{AsOfBody, DueBody, DueItem, RulBody, Status};
+use proto::json::{RulBody, Status};
+
+pub use due::due;
 
 /// A table of prognoses, worst first, with a heading.
 pub fn fleet(prognoses: &[RulBody]) -> String {
@@ -35,84 +39,6 @@ pub fn fleet(prognoses: &[RulBody]) -> String {
         .expect("writing to a string");
     }
     table
-}
-
-/// What is due, with a heading, and behind it what is unknown.
-pub fn due(list: &DueBody) -> String {
-    let totals = list.totals;
-    // Without the digits that the multiplication adds.
-    let percent = (1e11 * list.risk).round() / 1e9;
-    let mut table = format!(
-        "{} of {} actuators have failed, or fail within {} fh of their newest data with more than {percent} %; \
-         unknown: {}.\n",
-        totals.due, totals.components, list.within_fh, totals.unknown,
-    );
-    if !list.items.is_empty() {
-        let heading =
-            ["tail", "position", "serial", "status", "P(fails)", "safe for", "until", "about", "driven by", "as of"];
-        table += "\n";
-        due_line(&mut table, heading.map(str::to_owned));
-        list.items.iter().for_each(|item| due_line(&mut table, due_row(item)));
-    }
-    if !list.unknown.is_empty() {
-        table += "\nUnknown, which is not healthy:\n";
-        list.unknown.iter().for_each(|item| unknown_line(&mut table, item));
-    }
-    writeln!(table, "\n{}", list.advisory).expect("writing to a string");
-    table
-}
-
-fn due_row(item: &DueItem) -> [String; 10] {
-    let none = || "-".to_owned();
-    let safe = item.latest_safe.as_ref();
-    let p = item.p.zip(item.standard_error);
-    [
-        item.tail.clone(),
-        item.position.clone(),
-        item.serial_number.clone(),
-        due_words(item.status).to_owned(),
-        p.map_or_else(none, |(p, error)| format!("{:.1} \u{b1} {:.1} %", 100.0 * p, 100.0 * error)),
-        safe.map_or_else(none, |safe| format!("{:.0} fh", safe.remaining_fh)),
-        safe.map_or_else(none, |safe| format!("{:.0} fh", safe.flight_hours)),
-        safe.and_then(|safe| safe.date.clone()).unwrap_or_else(none),
-        item.dominant_fault.clone().unwrap_or_else(none),
-        as_of(item.as_of.as_ref()),
-    ]
-}
-
-/// A forecast to act on is due when it is on the list.
-fn due_words(status: Status) -> &'static str {
-    match status {
-        Status::Ok | Status::BeyondHorizon => "due",
-        other => words(other),
-    }
-}
-
-fn due_line(table: &mut String, cells: [String; 10]) {
-    let [tail, position, serial, status, p, safe_for, until, about, fault, as_of] = cells;
-    writeln!(
-        table,
-        "{tail:<8} {position:<9} {serial:<12}  {status:<21} {p:>13} {safe_for:>9} {until:>9}  {about:<10}  {fault:<9}  \
-         {as_of}"
-    )
-    .expect("writing to a string");
-}
-
-fn unknown_line(table: &mut String, item: &DueItem) {
-    let reason = item.reason.as_deref().unwrap_or_else(|| words(item.status));
-    let (tail, position, serial) = (&item.tail, &item.position, &item.serial_number);
-    writeln!(table, "{tail:<8} {position:<9} {serial:<12}  {reason} (as of {})", as_of(item.as_of.as_ref()))
-        .expect("writing to a string");
-}
-
-fn as_of(as_of: Option<&AsOfBody>) -> String {
-    as_of.map_or_else(
-        || "nothing yet".to_owned(),
-        |as_of| {
-            let day = as_of.recorded_at.split('T').next().unwrap_or_default();
-            format!("{:.0} fh, {day}", as_of.flight_hours)
-        },
-    )
 }
 
 fn p10(body: &RulBody) -> f64 {
