@@ -13,6 +13,7 @@ mod finished;
 mod history;
 mod ingest;
 mod installations;
+mod lessons;
 mod lives;
 mod models;
 mod open;
