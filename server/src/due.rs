@@ -41,14 +41,14 @@ impl Threshold {
     }
 }
 
-/// Hours that can be asked about.
-pub fn within(hours: f64) -> Option<f64> {
-    (0.0..=HORIZON_FH).contains(&hours).then_some(hours)
+/// Whether hours can be asked about.
+pub fn is_within(hours: f64) -> bool {
+    (0.0..=HORIZON_FH).contains(&hours)
 }
 
-/// A risk that can be asked about.
-pub fn risk(risk: f64) -> Option<f64> {
-    (risk > 0.0 && risk < 1.0).then_some(risk)
+/// Whether a risk can be asked about.
+pub fn is_risk(risk: f64) -> bool {
+    risk > 0.0 && risk < 1.0
 }
 
 /// Which part of the list a component is in, the most urgent first.

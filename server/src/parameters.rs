@@ -19,6 +19,7 @@ const DEFAULT_LIMIT: u32 = 50;
 const MAX_LIMIT: u32 = 1000;
 const MAX_WITHIN: usize = 64;
 const MAX_HOURS: f64 = 1e6;
+const HOURS_RULE: &str = "flight hours, 0 to 1000000";
 
 /// Path parameters, each parsed to its noun.
 pub struct Named<T>(pub T);
@@ -118,16 +119,21 @@ impl Parameters {
         }
     }
 
+    /// A number, if it is accepted.
+    pub fn number(&mut self, name: &str, rule: &str, accept: fn(f64) -> bool) -> Option<f64> {
+        self.parsed(name, rule, |text| text.parse().ok().filter(|number| accept(*number)))
+    }
+
     /// Flight hours.
     pub fn hours(&mut self, name: &str) -> Option<f64> {
-        self.parsed(name, "flight hours, 0 to 1000000", hours)
+        self.number(name, HOURS_RULE, is_hours)
     }
 
     /// A list of flight hours, separated by commas.
     pub fn hours_list(&mut self, name: &str) -> Option<Vec<f64>> {
         self.parsed(name, "1 to 64 flight hours, each 0 to 1000000, separated by commas", |text| {
-            let list: Option<Vec<f64>> = text.split(',').map(|item| hours(item.trim())).collect();
-            list.filter(|list| list.len() <= MAX_WITHIN)
+            let list: Vec<f64> = text.split(',').map(|item| item.trim().parse().ok()).collect::<Option<_>>()?;
+            (list.len() <= MAX_WITHIN && list.iter().copied().all(is_hours)).then_some(list)
         })
     }
 
@@ -148,10 +154,6 @@ impl Parameters {
     }
 }
 
-fn hours(text: &str) -> Option<f64> {
-    text.parse().ok().filter(|hours| is_hours(*hours))
-}
-
 /// Whether a number is a plausible count of flight hours.
 fn is_hours(hours: f64) -> bool {
     (0.0..=MAX_HOURS).contains(&hours)
@@ -166,12 +168,22 @@ pub fn grpc_limit(limit: u32) -> Result<u32, Refusal> {
     }
 }
 
-/// Flight hours that a gRPC caller gives.
-pub fn grpc_hours(name: &str, hours: Option<f64>) -> Result<Option<f64>, Refusal> {
-    match hours.filter(|&hours| !is_hours(hours)) {
-        None => Ok(hours),
-        Some(absurd) => Err(Refusal::parameter(name, format!("{absurd} must be flight hours, 0 to 1000000"))),
+/// A number that a gRPC caller may leave out, if it is accepted.
+pub fn grpc_number(
+    name: &str,
+    given: Option<f64>,
+    rule: &str,
+    accept: fn(f64) -> bool,
+) -> Result<Option<f64>, Refusal> {
+    match given.filter(|&number| !accept(number)) {
+        None => Ok(given),
+        Some(refused) => Err(Refusal::parameter(name, format!("{refused} must be {rule}"))),
     }
+}
+
+/// Flight hours that a gRPC caller may leave out.
+pub fn grpc_hours(name: &str, hours: Option<f64>) -> Result<Option<f64>, Refusal> {
+    grpc_number(name, hours, HOURS_RULE, is_hours)
 }
 
 /// The hours that a gRPC caller asks probabilities for.

@@ -12,7 +12,7 @@ use crate::{
     State, answer,
     due::{self, DueList, Threshold},
     history::{History, Range, View, history},
-    parameters::{grpc_hours, grpc_limit, grpc_within},
+    parameters::{grpc_hours, grpc_limit, grpc_number, grpc_within},
     refusal::Refusal,
 };
 
@@ -50,8 +50,8 @@ impl FleetHealth for Service {
     async fn list_due(&self, request: Request<v1::ListDueRequest>) -> Result<Response<v1::ListDueResponse>, Status> {
         let v1::ListDueRequest { within_fh, risk, limit, cursor } = request.into_inner();
         let threshold = Threshold::new(
-            checked("within_fh", within_fh, due::within, due::WITHIN_RULE)?,
-            checked("risk", risk, due::risk, due::RISK_RULE)?,
+            grpc_number("within_fh", within_fh, due::WITHIN_RULE, due::is_within)?,
+            grpc_number("risk", risk, due::RISK_RULE, due::is_risk)?,
         );
         let limit = grpc_limit(limit)?;
         let after = match cursor.as_str() {
@@ -80,12 +80,6 @@ impl FleetHealth for Service {
         };
         Ok(Response::new(page))
     }
-}
-
-/// A number that a caller may leave out, if it is accepted.
-fn checked(name: &str, given: Option<f64>, accept: fn(f64) -> Option<f64>, rule: &str) -> Result<Option<f64>, Refusal> {
-    let refuse = |number: f64| Refusal::parameter(name, format!("{number} must be {rule}"));
-    given.map(|number| accept(number).ok_or_else(|| refuse(number))).transpose()
 }
 
 fn not_a_cursor() -> Refusal {

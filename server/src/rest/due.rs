@@ -97,8 +97,8 @@ pub async fn get(Extract(shared): Extract<Shared>, headers: HeaderMap, pairs: Pa
 
 /// What due means, from query parameters.
 pub fn threshold(parameters: &mut Parameters) -> Threshold {
-    let within_fh = parameters.parsed("within_fh", due::WITHIN_RULE, |text| due::within(text.parse().ok()?));
-    let risk = parameters.parsed("risk", due::RISK_RULE, |text| due::risk(text.parse().ok()?));
+    let within_fh = parameters.number("within_fh", due::WITHIN_RULE, due::is_within);
+    let risk = parameters.number("risk", due::RISK_RULE, due::is_risk);
     Threshold::new(within_fh, risk)
 }
 
