@@ -6,7 +6,7 @@ const DIFFERENCE: f64 = 1e-6;
 /// A (surrogate of the) assessment function: says how far a fault vector is from its boundary.
 pub trait Boundary: Sync {
     /// Signed margin of the fault vector `k` (nominal values included): positive is healthy, zero
-    /// is the boundary, negative is faulty. Continuous along any path.
+    /// is the boundary, negative is faulty. Continuous along any path. What is no number counts as healthy.
     fn margin(&self, k: &[f64]) -> f64;
 
     /// The margin, how sure it is, and its derivative by each entry of `k`, which is written to `gradient`.

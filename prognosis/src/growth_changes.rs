@@ -9,7 +9,10 @@
 //! - Source: jump Markov systems; Doucet, Gordon, Krishnamurthy 2001.
 
 use domain::Stream;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error};
+
+/// Shortest mean time between changes that is read, flight hours: a life of more of them is followed for ever.
+const SHORTEST_INTERVAL_FH: f64 = 1.0;
 
 /// The law of growth changes of a fleet.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -18,7 +21,8 @@ pub struct GrowthChanges {
     pub probability: f64,
     /// Growth multiplier at the start of a life whose growth changes.
     pub start: f64,
-    /// Mean time between changes, flight hours.
+    /// Mean time between changes, flight hours; above zero, and an hour or more where it is read from a file.
+    #[serde(deserialize_with = "interval_fh")]
     pub interval_fh: f64,
     /// Mean of E.
     pub mean_increase: f64,
@@ -26,6 +30,15 @@ pub struct GrowthChanges {
     pub largest_factor: f64,
     /// Hypotheses about the growth so far that a filter follows, besides that of no change.
     pub particles: usize,
+}
+
+fn interval_fh<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let interval_fh = f64::deserialize(deserializer)?;
+    if interval_fh >= SHORTEST_INTERVAL_FH {
+        Ok(interval_fh)
+    } else {
+        Err(D::Error::custom(format!("growth that changes every {interval_fh} h")))
+    }
 }
 
 impl Default for GrowthChanges {

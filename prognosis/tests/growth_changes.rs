@@ -162,6 +162,16 @@ fn draws_that_change_end_earlier_than_draws_that_do_not() {
     assert!(often < 0.9 * never, "{often} and {never}");
 }
 
+/// Following such a law would never end.
+#[test]
+fn a_law_of_changes_without_pause_is_not_read() {
+    let mut json = serde_json::to_value(GrowthChanges::default()).unwrap();
+    assert_eq!(serde_json::from_value::<GrowthChanges>(json.clone()).unwrap(), GrowthChanges::default());
+    json["interval_fh"] = 0.0.into();
+    let refused = serde_json::from_value::<GrowthChanges>(json).unwrap_err().to_string();
+    assert!(refused.contains("every 0 h"), "{refused}");
+}
+
 /// Lives from the prior and the law, judged after some time: intervals hold what they promise.
 #[test]
 fn slow_intervals_are_calibrated_on_lives_whose_growth_changes() {
