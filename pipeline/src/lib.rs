@@ -2,8 +2,8 @@
 //!
 //! Offline: [`train`] makes a [`Bundle`] from a motor's parameters and a seed. Online: a [`Model`] (a
 //! bundle made ready) turns an upload into an estimate ([`Model::estimate`]) and the estimates of a life
-//! into states and a prognosis ([`Model::course`], [`Model::outlook`]). Nothing here does I/O or asks the time; the online
-//! functions give the same bits on any x86-64.
+//! into states and a prognosis ([`Model::course`], [`Model::outlook`]). Nothing here does I/O or asks the
+//! time; the online functions give the same bits on any x86-64.
 
 mod bundle;
 mod chain;

@@ -75,6 +75,10 @@ impl Filter {
     }
 
     /// The filter of a life of a component with these faults, as it was when it wrote `bytes`.
+    ///
+    /// # Errors
+    ///
+    /// If the bytes are damaged, of another version, or of a model or prior of other sizes.
     pub fn from_bytes(model: &FaultModel, prior: &FleetPrior, bytes: &[u8]) -> Result<Self, CheckpointError> {
         let mut words = Words::of(bytes)?;
         let mut filter = Self::new(model, prior);

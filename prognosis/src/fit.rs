@@ -59,9 +59,14 @@ pub fn fit_prior(
     fit_prior_from(FleetPrior::vague(), histories, model, settings)
 }
 
-/// [`fit_prior`] from a first guess, which counts as [`FitSettings::parent_lives`], and whose grid of rates, law of
-/// growth changes and understanding of clipped observations stay. Of the law the probability that growth changes is learned. The filter with changes is
-/// dear, so that with them the process noise stays too: learn it without them first.
+/// [`fit_prior`] from a first guess, which counts as [`FitSettings::parent_lives`] lives, and whose grid of rates,
+/// law of growth changes and understanding of clipped observations stay; of the law, the probability that growth
+/// changes is learned. The filter with changes is dear, so that with them the process noise stays too: learn it
+/// without them first.
+///
+/// # Errors
+///
+/// If no history has a closed block of observations.
 pub fn fit_prior_from(
     guess: FleetPrior,
     histories: &[Vec<Observation>],

@@ -1,9 +1,9 @@
 //! The prior of a part of a fleet, learned from few lives and the prior of the whole.
 //!
 //! - What: the [`FleetPrior`] of a part number, an operator or any other part of a fleet.
-//! - Update rule: expectation maximisation from the parent, which counts as [`PARENT_LIVES`] more lives in
-//!   everything that is learned; then the failure-time error likewise. A part with few
-//!   lives stays near its parent, one with many leaves it.
+//! - Update rule: expectation maximisation from the parent, which counts as some lives more in everything
+//!   that is learned; then the failure-time error likewise. A part with few lives stays near its parent, one
+//!   with many leaves it.
 //! - Requirements: offline; lives that ended in failure. The result depends neither on threads nor on the
 //!   order of the lives.
 //! - Source: Gelman et al., Bayesian Data Analysis, chapter 5; conjugate priors as pseudo-observations.

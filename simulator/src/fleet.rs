@@ -1,8 +1,8 @@
 //! A fleet: tails, positions, units, and the flights that they fly.
 //!
 //! A flight takes [`FLIGHT_FH`] hours; after it, each position uploads once. A unit that fails is
-//! found failed after its last upload, and replaced by a new one. Everything follows from the plan's seed, so a fleet
-//! that is started again sends the same uploads again.
+//! found failed after its last upload, and replaced by a new one. Everything follows from the plan's
+//! seed, so a fleet that is started again sends the same uploads again.
 
 use std::sync::Arc;
 

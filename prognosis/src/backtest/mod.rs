@@ -65,8 +65,7 @@ pub struct ReplaySettings {
     pub seed: u64,
 }
 
-/// What one estimator made of one run.
-/// Nothing for a run that it could not follow.
+/// What one estimator made of one run; empty for a run that it could not follow.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Replay {
     /// At every multiple of the time between predictions from the first observation to the last.
