@@ -29,7 +29,7 @@ use prognosis::{
 use rayon::prelude::*;
 
 /// The candidates; all are compared with the first one.
-const CANDIDATES: [&str; 4] = ["rbg_jumps", "rbg", "ridge", "climatology"];
+const CANDIDATES: [&str; 4] = ["rbg", "rbg_constant", "ridge", "climatology"];
 /// Folds of the recorded lives.
 const FOLDS: usize = 10;
 /// Seed of the generated lives; no other figure comes from it.

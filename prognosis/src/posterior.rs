@@ -13,7 +13,7 @@ const INPUTS: usize = 3;
 
 /// The estimator's name in reports, which tells whether growth may change.
 pub(crate) fn estimator(growth_changes: bool) -> &'static str {
-    if growth_changes { "rbg_jumps" } else { "rbg" }
+    if growth_changes { "rbg" } else { "rbg_constant" }
 }
 
 /// A mixture over (growth, dominant group, rates) of Gaussians in (deviation, bias).

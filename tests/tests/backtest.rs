@@ -200,10 +200,8 @@ fn what_is_learned_from_earlier_lives_only_is_refused_without_them_in_one_line()
     let bench = Bench::new();
     let model = without_growth_changes(&bench);
     let files = ["--model", &model, "--histories", &fixture("rul/histories.csv")];
-    for estimator in ["climatology", "rbg-jumps"] {
-        let refused = bench.refused(&[&files[..], &["--estimator", estimator]].concat());
-        assert!(refused.contains(estimator) && refused.contains("--prior"), "{refused}");
-    }
+    let refused = bench.refused(&[&files[..], &["--estimator", "climatology"]].concat());
+    assert!(refused.contains("climatology") && refused.contains("--prior"), "{refused}");
 }
 
 /// The bundle with a prior of constant growth.
@@ -231,11 +229,11 @@ fn the_default_is_what_the_prior_of_the_model_has() {
         let names = predictions.lines().skip(1).map(|line| line.split(',').next().unwrap().to_owned());
         (names.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>(), predictions)
     };
-    assert_eq!(estimators("a", &constant, &["default", "rbg"]).0, ["rbg"]);
-    assert_eq!(estimators("b", &changing, &["default"]).0, ["rbg_jumps"]);
-    assert_eq!(estimators("c", &changing, &["rbg", "rbg-jumps", "default"]).0, ["rbg", "rbg_jumps"]);
-    let (names, without_changes) = estimators("d", &changing, &["rbg"]);
-    assert_eq!((names, without_changes), (vec!["rbg".to_owned()], estimators("e", &constant, &["rbg"]).1));
+    assert_eq!(estimators("a", &constant, &["default", "rbg", "rbg-constant"]).0, ["rbg_constant"]);
+    assert_eq!(estimators("b", &changing, &["default", "rbg"]).0, ["rbg"]);
+    assert_eq!(estimators("c", &changing, &["rbg", "rbg-constant"]).0, ["rbg", "rbg_constant"]);
+    let (names, without_changes) = estimators("d", &changing, &["rbg-constant"]);
+    assert_eq!((names, without_changes), (vec!["rbg_constant".to_owned()], estimators("e", &constant, &["rbg"]).1));
 }
 
 #[test]
@@ -296,11 +294,11 @@ fn the_oracle_is_told_laws_and_bounds_what_the_others_know() {
 fn growth_that_may_change_is_an_estimator_of_its_own() {
     let bench = Bench::new();
     let histories = fixture("rul/histories.csv");
-    let estimators = ["--estimator", "rbg", "--estimator", "rbg-jumps", "--every", "1000"];
+    let estimators = ["--estimator", "rbg-constant", "--estimator", "rbg", "--every", "1000"];
     bench.run("out", &[&["--histories", &histories, "--prior", &histories][..], &estimators].concat());
     let rows = rows(&bench.read("out/predictions.csv"));
     let of = |estimator: &str| rows.iter().filter(|(key, _)| key[0] == estimator).map(|(_, row)| &row[3..]).collect();
-    let (without, with): (Vec<&[String]>, Vec<&[String]>) = (of("rbg"), of("rbg_jumps"));
+    let (without, with): (Vec<&[String]>, Vec<&[String]>) = (of("rbg_constant"), of("rbg"));
     assert_eq!(with.len(), without.len());
     assert_ne!(with, without, "growth that may change widens what is expected");
 }

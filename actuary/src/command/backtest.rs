@@ -28,7 +28,7 @@ use crate::{exit::Failure, files::output::OutputFolder};
 
 const SEED: u64 = 1;
 /// Judged where none is named.
-const DEFAULT_ESTIMATORS: &[EstimatorName] = &[EstimatorName::Default, EstimatorName::Thesis];
+const DEFAULT_ESTIMATORS: &[EstimatorName] = &[EstimatorName::Rbg, EstimatorName::Thesis];
 
 /// Judge estimators of remaining life on recorded histories of fault vectors.
 ///
@@ -63,7 +63,7 @@ pub struct Arguments {
     /// How the growth of each life changed, for --estimator oracle.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     growth: Vec<PathBuf>,
-    /// An estimator to judge, repeated for several [default: default and thesis].
+    /// An estimator to judge, repeated for several [default: rbg and thesis].
     #[arg(long = "estimator", value_name = "NAME", value_enum)]
     estimators: Vec<EstimatorName>,
     /// Draws of each prediction.
@@ -92,13 +92,12 @@ pub struct Arguments {
 /// The estimators, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum EstimatorName {
-    /// rbg or rbg-jumps, as the model's prior has it
-    Default,
-    /// Growth-rate filter with a fleet prior; growth never changes
+    /// The default: growth-rate filter with a fleet prior, for growth that may change in mid-life
+    #[value(alias = "default")]
     Rbg,
-    /// The same for growth that may change in mid-life; needs a model whose prior knows that, or --prior
-    #[value(alias = "rbg_jumps")]
-    RbgJumps,
+    /// The same for growth that never changes
+    #[value(alias = "rbg_constant")]
+    RbgConstant,
     /// Berri 2021, section 2.4, as it stands there
     Thesis,
     /// How long earlier lives went on from the same age; needs --prior
@@ -136,7 +135,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
     let mut recorded = histories::read_all(files, &model.bundle().faults)?;
     bar.set_message("learning");
-    let growth_changes = names.contains(&EstimatorName::RbgJumps);
+    let growth_changes = names.contains(&EstimatorName::Rbg);
     let knowledge = Knowledge::gather(&model, &arguments.labels, arguments.prior.as_deref(), growth_changes, SEED)?;
     for recorded in &mut recorded {
         knowledge.prepare(recorded);
@@ -155,13 +154,14 @@ pub fn run(arguments: Arguments) -> Result<()> {
     Ok(())
 }
 
-/// The estimators to judge in the order asked for, each once, the default by its own name.
+/// The estimators to judge in the order asked for, each once. Where nothing tells how growth changes, `rbg` is
+/// `rbg-constant`.
 fn chosen(arguments: &Arguments, prior: &FleetPrior) -> Result<Vec<EstimatorName>, Failure> {
     let asked = if arguments.estimators.is_empty() { DEFAULT_ESTIMATORS } else { &arguments.estimators };
-    let default = if prior.growth_changes.is_some() { EstimatorName::RbgJumps } else { EstimatorName::Rbg };
+    let may_change = prior.growth_changes.is_some() || arguments.prior.is_some();
     let mut names = Vec::new();
     for name in asked {
-        let name = if *name == EstimatorName::Default { default } else { *name };
+        let name = if *name == EstimatorName::Rbg && !may_change { EstimatorName::RbgConstant } else { *name };
         if !names.contains(&name) {
             names.push(name);
         }
@@ -170,9 +170,6 @@ fn chosen(arguments: &Arguments, prior: &FleetPrior) -> Result<Vec<EstimatorName
     let refused = match arguments {
         Arguments { prior: None, .. } if asked(EstimatorName::Climatology) => {
             Some("--estimator climatology needs the lives of --prior")
-        }
-        Arguments { prior: None, .. } if asked(EstimatorName::RbgJumps) && prior.growth_changes.is_none() => {
-            Some("--estimator rbg-jumps needs the lives of --prior: the model's prior knows no growth changes")
         }
         Arguments { truth, .. } if asked(EstimatorName::Oracle) && truth.is_empty() => {
             Some("--estimator oracle needs --truth with A and B of each life")
@@ -195,12 +192,11 @@ impl<'a> Contestant<'a> {
     fn new(name: EstimatorName, knowledge: &'a Knowledge) -> Self {
         let Knowledge { faults: model, surrogate: boundary, prior, changing_prior, lives_fh, .. } = knowledge;
         Self::Estimator(match name {
-            EstimatorName::Default => unreachable!("the default goes by its own name"),
-            EstimatorName::Rbg => Box::new(Rbg { model, prior, boundary }),
-            EstimatorName::RbgJumps => {
+            EstimatorName::Rbg => {
                 let prior = changing_prior.as_ref().expect("known or learned where it was asked for");
                 Box::new(Rbg { model, prior, boundary })
             }
+            EstimatorName::RbgConstant => Box::new(Rbg { model, prior, boundary }),
             EstimatorName::Thesis => Box::new(Thesis { model, boundary }),
             EstimatorName::Climatology => Box::new(Climatology { lives_fh: lives_fh.clone() }),
             EstimatorName::Linear => Box::new(Linear { model, prior, boundary }),
