@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// The Rao-Blackwellised growth-rate filter as an [`Estimator`]: [`Filter`] over closed blocks, then
-/// [`forecast`](forecast()). It is called `rbg_jumps` with a prior that knows growth changes. Before the first
+/// [`forecast`](forecast()). It is called `rbg_constant` with a prior that knows no growth changes. Before the first
 /// closed block it predicts from the fleet prior alone.
 pub struct Rbg<'a> {
     /// Names, nominal values and groups of the faults.
