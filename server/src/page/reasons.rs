@@ -71,7 +71,10 @@ fn bar(driver: &Driver) -> Bar {
 }
 
 fn grown(growth: &Growth) -> Vec<String> {
-    let pace = format!("It wears {:.2} \u{b1} {:.2} times as fast as it began to.", growth.multiplier, growth.sigma);
+    let pace = format!(
+        "It wears {:.2} \u{b1} {:.2} times as fast as a life whose growth never changes.",
+        growth.multiplier, growth.sigma
+    );
     let changed = 100.0 * growth.changed_probability;
     let change = match &growth.latest_change {
         Some(change) => format!(
