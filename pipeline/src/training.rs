@@ -126,11 +126,12 @@ pub fn train(
     let diagnosis = training.diagnosis(dataset)?;
     let fleet = training.fleet();
     let labels = dataset.and_then(|dataset| dataset.labels.as_ref());
-    let samples = match labels {
-        Some(labels) => training.held_out(labels),
-        None => training.assessments(&fleet),
+    // Labels of a dataset may draw another boundary than the assessment function, which ends the lives.
+    let (samples, paths) = match labels {
+        Some(labels) => (training.held_out(labels), Vec::new()),
+        None => (training.assessments(&fleet), training.unseen_paths()),
     };
-    let (surrogate, surrogate_metrics) = training.surrogate(&samples)?;
+    let (surrogate, surrogate_metrics) = training.surrogate(&samples, &paths)?;
     progress.stage("learning the fleet prior", 1);
     let prior = fleet::prior(&fleet, &training.faults, &surrogate, settings.seed)?;
     Ok(Bundle {
@@ -221,10 +222,13 @@ impl Training<'_> {
         Verdicts { learn, judge, margins_known }
     }
 
-    /// The surrogate that knows best when lives end, and how good each candidate is on verdicts and lives that
-    /// it has not seen.
-    fn surrogate(&self, verdicts: &Verdicts) -> Result<(Surrogate, SurrogateMetrics), TrainError> {
-        let paths = self.unseen_paths();
+    /// The surrogate that knows best when lives end, or without lives the one that learns most from what is known;
+    /// and how good each candidate is on verdicts and lives that it has not seen.
+    fn surrogate(
+        &self,
+        verdicts: &Verdicts,
+        paths: &[FailurePath],
+    ) -> Result<(Surrogate, SurrogateMetrics), TrainError> {
         self.progress.stage("training the surrogate", if verdicts.margins_known { 2 } else { 1 });
         let of = |settings| self.surrogate_of(&verdicts.learn, settings);
         let regression = SurrogateSettings::FigureRegression(RegressionSettings::default());
@@ -235,11 +239,11 @@ impl Training<'_> {
             samples: verdicts.judge.len(),
             figure_regression: regression.as_ref().map(quality),
             svm: quality(&svm),
-            figure_regression_failure_time: regression.as_ref().and_then(|it| FailureTimeQuality::of(it, &paths)),
-            svm_failure_time: FailureTimeQuality::of(&svm, &paths),
+            figure_regression_failure_time: regression.as_ref().and_then(|it| FailureTimeQuality::of(it, paths)),
+            svm_failure_time: FailureTimeQuality::of(&svm, paths),
         };
         let candidates: Vec<Surrogate> = regression.into_iter().chain([svm]).collect();
-        let (best, _) = best_by_failure_time(&candidates, &paths).expect("candidates and paths");
+        let best = best_by_failure_time(&candidates, paths).map_or(&candidates[0], |(best, _)| best);
         Ok((best.clone(), metrics))
     }
 

@@ -23,7 +23,7 @@ use histories::Life;
 use prognosis::{
     Climatology, Estimator, FinishedLife, FitSettings, FleetPrior, Observation, PredictionSettings, Rbg, Ridge,
     backtest::{BootstrapSettings, Comparison, ReplaySettings, Run, RunScore, replay, scoreboard},
-    fit_failure_time_error, fit_prior, fit_prior_from,
+    fit_failure_time_error, fit_growth_changes, fit_prior,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings},
 };
 use rayon::prelude::*;
@@ -37,8 +37,6 @@ const SEED: u64 = 20_261_122;
 /// Generated lives that teach, and that judge.
 const TEACHING: u64 = 100;
 const JUDGING: u64 = 1000;
-/// Rounds of learning with growth changes, after those without.
-const ROUNDS: usize = 3;
 /// How to predict.
 const SETTINGS: ReplaySettings =
     ReplaySettings { every_fh: 200.0, prediction: PredictionSettings { draws: 200, horizon_fh: 8000.0 }, seed: 1 };
@@ -119,9 +117,7 @@ impl Learned {
         let model = FaultModel::electrical();
         let histories: Vec<Vec<Observation>> = lives.iter().map(|life| life.observations.clone()).collect();
         let constant = fit_prior(&histories, &model, &FitSettings::default()).expect("lives");
-        let settings = FitSettings { rounds: ROUNDS, ..FitSettings::default() };
-        let guess = constant.clone().with_growth_changes();
-        let changing = fit_prior_from(guess, &histories, &model, &settings).expect("lives");
+        let changing = fit_growth_changes(&constant, &histories, &model).expect("lives");
         let [constant, changing] = [constant, changing].map(|prior| {
             let failure_time_error = fit_failure_time_error(lives, &model, &prior, surrogate, 1);
             FleetPrior { failure_time_error, ..prior }

@@ -25,6 +25,8 @@ use crate::{
 
 /// Steps in which the process noise is sought.
 const NOISE_FACTORS: [f64; 3] = [1.0, 1.1, 1.0 / 1.1];
+/// Rounds of learning on from a prior without growth changes.
+const GROWTH_CHANGE_ROUNDS: usize = 3;
 
 /// How to learn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,6 +94,20 @@ pub fn fit_prior_from(
         prior = summary.maximise(&candidate, &parent);
     }
     Ok(prior)
+}
+
+/// Learns on, from the same histories, with growth that may change.
+///
+/// # Errors
+///
+/// If no history has a closed block of observations.
+pub fn fit_growth_changes(
+    constant: &FleetPrior,
+    histories: &[Vec<Observation>],
+    model: &FaultModel,
+) -> Result<FleetPrior, NoHistory> {
+    let settings = FitSettings { rounds: GROWTH_CHANGE_ROUNDS, ..FitSettings::default() };
+    fit_prior_from(constant.clone().with_growth_changes(), histories, model, &settings)
 }
 
 /// Expected sufficient statistics of lives.

@@ -40,7 +40,7 @@ pub use estimator::{
 };
 pub use failure_time::{FinishedLife, fit_failure_time_error};
 pub use filter::Filter;
-pub use fit::{FitSettings, NoHistory, fit_prior, fit_prior_from};
+pub use fit::{FitSettings, NoHistory, fit_growth_changes, fit_prior, fit_prior_from};
 pub use forecast::{Draws, Forecast, ForecastSettings, Precision, forecast};
 pub use growth_changes::GrowthChanges;
 pub use hierarchy::learn_from_finished;

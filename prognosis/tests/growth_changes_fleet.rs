@@ -10,13 +10,10 @@ use histories::Life;
 use prognosis::{
     FinishedLife, FitSettings, FleetPrior, PredictionSettings, Rbg,
     backtest::{Replay, ReplaySettings, Run, RunScore, replay, scoreboard},
-    fit_failure_time_error, fit_prior, fit_prior_from,
+    fit_failure_time_error, fit_growth_changes, fit_prior,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings},
 };
 use rayon::prelude::*;
-
-/// Rounds of learning with growth changes, after those without.
-const ROUNDS: FitSettings = FitSettings { rounds: 3, parent_lives: 0.0 };
 
 fn settings(every_fh: f64, draws: usize) -> ReplaySettings {
     ReplaySettings { every_fh, prediction: PredictionSettings { draws, horizon_fh: 8000.0 }, seed: 1 }
@@ -36,7 +33,7 @@ fn learn(lives: &[&Life], surrogate: &Surrogate) -> [FleetPrior; 2] {
     let finished: Vec<FinishedLife> = lives.iter().map(finished).collect();
     let histories: Vec<_> = finished.iter().map(|life| life.observations.clone()).collect();
     let constant = fit_prior(&histories, &model, &FitSettings::default()).unwrap();
-    let changing = fit_prior_from(constant.clone().with_growth_changes(), &histories, &model, &ROUNDS).unwrap();
+    let changing = fit_growth_changes(&constant, &histories, &model).unwrap();
     [constant, changing].map(|prior| {
         let failure_time_error = fit_failure_time_error(&finished, &model, &prior, surrogate, 1);
         FleetPrior { failure_time_error, ..prior }

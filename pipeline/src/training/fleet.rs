@@ -11,7 +11,7 @@ use prognosis::{
     boundary::Boundary,
     consistency::fit_consistency,
     failure_time::{FinishedLife, fit_failure_time_error},
-    fit::{FitSettings, NoHistory, fit_prior, fit_prior_from},
+    fit::{FitSettings, NoHistory, fit_growth_changes, fit_prior},
     prior::FleetPrior,
     surrogate::LabelledFaults,
 };
@@ -24,8 +24,6 @@ pub type PastLife = LifeHistory;
 const STATES_PER_LIFE: usize = 12;
 /// How far around: from this share of the fault deviation at failure to the same share beyond it.
 const AROUND: f64 = 0.3;
-/// Rounds of learning on from a prior without growth changes.
-const GROWTH_CHANGE_ROUNDS: usize = 3;
 
 /// Finished lives; constant and varying growth take turns.
 pub fn simulate(parameters: &Parameters, seed: u64, lives: usize, done: &(dyn Fn() + Sync)) -> Vec<PastLife> {
@@ -73,8 +71,7 @@ pub fn prior(
     let lives: Vec<FinishedLife> = fleet.iter().map(finished).collect();
     let histories: Vec<_> = lives.iter().map(|life| life.observations.clone()).collect();
     let constant = fit_prior(&histories, model, &FitSettings::default())?;
-    let settings = FitSettings { rounds: GROWTH_CHANGE_ROUNDS, ..FitSettings::default() };
-    let mut prior = fit_prior_from(constant.with_growth_changes(), &histories, model, &settings)?;
+    let mut prior = fit_growth_changes(&constant, &histories, model)?;
     prior.consistency = fit_consistency(&histories, model, &prior);
     prior.failure_time_error = fit_failure_time_error(&lives, model, &prior, boundary, seed);
     Ok(prior)

@@ -7,8 +7,8 @@ use domain::FaultModel;
 use ema::wear::DIAGNOSIS_SD;
 use pipeline::{Labels, Model};
 use prognosis::{
-    FinishedLife, FitSettings, FleetPrior, Observation, fit_consistency, fit_failure_time_error, fit_noise, fit_prior,
-    fit_prior_from,
+    FinishedLife, FitSettings, FleetPrior, Observation, fit_consistency, fit_failure_time_error, fit_growth_changes,
+    fit_noise, fit_prior,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings, SvmSettings},
 };
 
@@ -20,9 +20,6 @@ use crate::{exit::Failure, files::labels};
 
 /// Farther from the boundary, on average, no recorded failure is, flight hours.
 const FARTHEST_END_FH: f64 = 300.0;
-
-/// Rounds of learning on from a prior without growth changes.
-const GROWTH_CHANGE_ROUNDS: usize = 3;
 
 /// Boundary, priors and noise.
 pub struct Knowledge {
@@ -112,9 +109,7 @@ impl Knowledge {
         self.prior = fit_prior(&lives, &self.faults, &settings).map_err(|error| refused(&error))?;
         self.changing_prior = None;
         if growth_changes {
-            let guess = self.prior.clone().with_growth_changes();
-            let settings = FitSettings { rounds: GROWTH_CHANGE_ROUNDS, ..FitSettings::default() };
-            let prior = fit_prior_from(guess, &lives, &self.faults, &settings);
+            let prior = fit_growth_changes(&self.prior, &lives, &self.faults);
             self.changing_prior = Some(prior.map_err(|error| refused(&error))?);
         }
         for prior in [&mut self.prior].into_iter().chain(&mut self.changing_prior) {
