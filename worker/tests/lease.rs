@@ -85,3 +85,28 @@ async fn an_upload_whose_hours_or_time_cannot_be_is_set_aside_and_states_rest_on
     let installed = store.installed(&operator, &"EC-MXA".parse().unwrap()).await.unwrap();
     assert_eq!(installed[0].prognosis.clone().unwrap().as_of.flight_hours, 28.0);
 }
+
+/// A worker that has never seen a life goes on from the checkpoint that another one left.
+#[tokio::test]
+async fn a_new_worker_goes_on_where_another_one_stopped() {
+    let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    let ((in_parts, model), (at_once, _)) = (store(&folders[0]).await, store(&folders[1]).await);
+    let operator = OperatorId::default();
+    let mask = &model.bundle().masks[0];
+    let received_at = now().plus_hours(1000.0);
+    for part in [0..140, 140..160] {
+        for index in part {
+            for store in [&in_parts, &at_once] {
+                store.accept(&operator, upload(&model, mask, index), received_at).await.unwrap();
+            }
+        }
+        work(&in_parts).await;
+    }
+    work(&at_once).await;
+    let component = upload(&model, mask, 0).component(&operator);
+    let states = in_parts.states(&component, None, None, None, 100).await.unwrap();
+    let wanted: Vec<_> = states.iter().map(|state| (state.block, state.digest)).collect();
+    let kept = in_parts.checkpoint(&component, 0, 1, &wanted).await.unwrap().unwrap();
+    assert_eq!(kept.block, 24, "the twenty-fifth block's");
+    assert_eq!(in_parts.digest().await.unwrap(), at_once.digest().await.unwrap());
+}
