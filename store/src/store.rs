@@ -11,7 +11,7 @@ use crate::{
     Addition, BundleRecord, Checkpoint, Completion, ComponentRecord, Digest, EventReceipt, EventRecord, FinishedLife,
     Installation, Installed, InstalledTail, IssuedLife, Lease, Lesson, LifeCursor, LifeInputs, LifeResults, Options,
     PriorRecord, PublishedMask, Receipt, Retrial, StoreError, TailConfiguration, UploadRecord, UploadStateKind,
-    Voiding, WorkFigures, sqlite::Sqlite,
+    Voiding, WorkFigures, sqlite,
 };
 
 /// A database of the service. Clones share it.
@@ -21,7 +21,7 @@ pub struct Store(Backend);
 /// The databases that can stand behind a store.
 #[derive(Clone)]
 enum Backend {
-    Sqlite(Arc<Sqlite>),
+    Sqlite(Arc<sqlite::Engine>),
 }
 
 /// Calls a method of the same name on the database.
@@ -37,7 +37,7 @@ impl Store {
     /// Opens the database at `sqlite:PATH` (or `sqlite://PATH`), creates and migrates it when
     /// needed, and starts its writer. The file is locked for this process.
     pub async fn open(url: &str, options: Options) -> Result<Self, StoreError> {
-        let sqlite = Sqlite::open(url, options).await?;
+        let sqlite = sqlite::Engine::open(url, options).await?;
         Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
     }
 
@@ -45,7 +45,7 @@ impl Store {
     /// written. [`StoreError::Locked`] names the process that owns the file; writes are refused with
     /// [`StoreError::ReadOnly`].
     pub async fn open_read_only(url: &str) -> Result<Self, StoreError> {
-        let sqlite = Sqlite::open_read_only(url).await?;
+        let sqlite = sqlite::Engine::open_read_only(url).await?;
         Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
     }
 

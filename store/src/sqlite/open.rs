@@ -13,7 +13,7 @@ use sqlx::{
     sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
 };
 
-use super::{Sqlite, writer::Owned, writer::Writer};
+use super::{Engine, writer::Owned, writer::Writer};
 use crate::{Options, StoreError};
 
 /// The newest schema that this build knows.
@@ -22,7 +22,7 @@ const SCHEMA: i64 = 3;
 const APPLICATION_ID: i64 = 0x4143_5455;
 const MAGIC: &[u8] = b"SQLite format 3\0";
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn open(url: &str, options: Options) -> Result<Self, StoreError> {
         let path = path_of(url)?;
         let lock = lock(&path)?;

@@ -23,25 +23,13 @@ use tokio::{
     task::JoinHandle,
 };
 
+use super::sql::Write;
 use crate::{Clock, StoreError};
 
 /// Most uploads in one transaction.
 const UPLOADS_PER_COMMIT: usize = 512;
 /// Most other writes in one transaction: what an upload may have to wait for.
 const RESULTS_PER_COMMIT: usize = 32;
-
-/// A write inside the writer's transaction. It may be applied several times, each time after a
-/// rollback; `now` is the queue's time.
-pub(super) trait Write: Send + Sync + 'static {
-    /// What the caller is answered.
-    type Output: Send;
-    /// Writes.
-    fn apply(
-        &self,
-        connection: &mut SqliteConnection,
-        now: Timestamp,
-    ) -> impl Future<Output = Result<Self::Output, StoreError>> + Send;
-}
 
 /// The side of the writer that callers hold.
 pub(super) struct Writer {

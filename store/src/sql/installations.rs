@@ -13,10 +13,9 @@
 //! stored before, or marked as voided before.
 
 use domain::{Component, OperatorId, Position, TailNumber, Timestamp, Upload};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite,
+    Connection, Engine,
     row::{BindKey, ComponentColumns, parse},
     uploads,
 };
@@ -24,16 +23,16 @@ use crate::{Installation, StoreError};
 
 const INSTALLATIONS: &str = "installations";
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn installations(&self, component: &Component) -> Result<Vec<Installation>, StoreError> {
-        let mut connection = self.readers.acquire().await?;
+        let mut connection = self.read(&component.operator).await?;
         of_component(&mut connection, component).await
     }
 }
 
 /// Where a component was installed, in the order of time.
 pub(super) async fn of_component(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
 ) -> Result<Vec<Installation>, StoreError> {
     let rows: Vec<PeriodRow> = sqlx::query_as(
@@ -108,7 +107,7 @@ impl PeriodRow {
 
 /// Takes note of where an upload saw its component.
 pub(super) async fn observe(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     upload: &Upload,
 ) -> Result<(), StoreError> {
@@ -141,7 +140,7 @@ pub(super) async fn observe(
 }
 
 /// The period that holds the place at the moment at which `seen` begins.
-async fn holding_place(connection: &mut SqliteConnection, seen: &Period) -> Result<Option<Period>, StoreError> {
+async fn holding_place(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
     let row: Option<PeriodRow> = sqlx::query_as(
         "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
          from installations
@@ -160,7 +159,7 @@ async fn holding_place(connection: &mut SqliteConnection, seen: &Period) -> Resu
 }
 
 /// The period that holds the component at the moment at which `seen` begins.
-async fn holding_component(connection: &mut SqliteConnection, seen: &Period) -> Result<Option<Period>, StoreError> {
+async fn holding_component(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
     let row: Option<PeriodRow> = sqlx::query_as(
         "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
          from installations
@@ -177,13 +176,13 @@ async fn holding_component(connection: &mut SqliteConnection, seen: &Period) -> 
 }
 
 /// Ends a period at a contradiction; it goes on with its component's next upload within it, if any.
-async fn split(connection: &mut SqliteConnection, period: &Period, at: &Moment) -> Result<(), StoreError> {
+async fn split(connection: &mut Connection, period: &Period, at: &Moment) -> Result<(), StoreError> {
     set_end(connection, period, Some(at)).await?;
     go_on(connection, period, at).await
 }
 
 /// Lets a period go on with its component's next upload after a moment within it, if there is one.
-async fn go_on(connection: &mut SqliteConnection, period: &Period, after: &Moment) -> Result<(), StoreError> {
+async fn go_on(connection: &mut Connection, period: &Period, after: &Moment) -> Result<(), StoreError> {
     let to = period.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.upload_id.as_str()));
     let after = (after.at, after.upload_id.as_str());
     match uploads::next_seen(connection, &period.component, after, to).await? {
@@ -194,7 +193,7 @@ async fn go_on(connection: &mut SqliteConnection, period: &Period, after: &Momen
 
 /// Takes back where a voided upload saw its component.
 pub(super) async fn forget(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     upload: &Upload,
 ) -> Result<(), StoreError> {
@@ -212,7 +211,7 @@ pub(super) async fn forget(
 
 /// Removes the component's period that begins at a moment, if there is one.
 async fn take_begun_with(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     moment: &Moment,
 ) -> Result<Option<Period>, StoreError> {
@@ -230,7 +229,7 @@ async fn take_begun_with(
 }
 
 /// The periods that ended where `begun` began: of its place, and of its component elsewhere.
-async fn ended_by(connection: &mut SqliteConnection, begun: &Period) -> Result<Vec<Period>, StoreError> {
+async fn ended_by(connection: &mut Connection, begun: &Period) -> Result<Vec<Period>, StoreError> {
     let rows: Vec<PeriodRow> = sqlx::query_as(
         "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
          from installations
@@ -248,7 +247,7 @@ async fn ended_by(connection: &mut SqliteConnection, begun: &Period) -> Result<V
 }
 
 /// Sets where a period ends.
-async fn set_end(connection: &mut SqliteConnection, period: &Period, to: Option<&Moment>) -> Result<(), StoreError> {
+async fn set_end(connection: &mut Connection, period: &Period, to: Option<&Moment>) -> Result<(), StoreError> {
     sqlx::query(
         "update installations set to_at = $6, to_upload = $7
          where operator = $1 and tail = $2 and position = $3 and from_at = $4 and from_upload = $5",
@@ -267,7 +266,7 @@ async fn set_end(connection: &mut SqliteConnection, period: &Period, to: Option<
 
 /// The first moment after `seen` begins at which another component begins a period at the place, or
 /// the component one at another place.
-async fn next_contradiction(connection: &mut SqliteConnection, seen: &Period) -> Result<Option<Moment>, StoreError> {
+async fn next_contradiction(connection: &mut Connection, seen: &Period) -> Result<Option<Moment>, StoreError> {
     let moments: Vec<(i64, String)> = sqlx::query_as(
         "select * from (
            select from_at, from_upload from installations
@@ -292,7 +291,7 @@ async fn next_contradiction(connection: &mut SqliteConnection, seen: &Period) ->
 }
 
 /// Removes the period that goes on where `seen` already holds.
-async fn swallow_continuation(connection: &mut SqliteConnection, seen: &Period) -> Result<(), StoreError> {
+async fn swallow_continuation(connection: &mut Connection, seen: &Period) -> Result<(), StoreError> {
     let to = seen.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.upload_id.as_str()));
     sqlx::query(
         "delete from installations
@@ -311,7 +310,7 @@ async fn swallow_continuation(connection: &mut SqliteConnection, seen: &Period) 
     Ok(())
 }
 
-async fn insert(connection: &mut SqliteConnection, period: &Period) -> Result<(), StoreError> {
+async fn insert(connection: &mut Connection, period: &Period) -> Result<(), StoreError> {
     sqlx::query(
         "insert into installations
          (operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload)
@@ -347,7 +346,7 @@ impl TailPeriod {
 
 /// Every period of a tail, at all positions.
 pub(super) async fn periods_of_tail(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     tail: &TailNumber,
 ) -> Result<Vec<TailPeriod>, StoreError> {
@@ -364,7 +363,7 @@ pub(super) async fn periods_of_tail(
 
 /// Every period of the tails behind `after` up to `last`, in alphabetical order.
 pub(super) async fn periods_of_tails(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     after: &str,
     last: &str,

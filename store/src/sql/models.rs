@@ -1,19 +1,18 @@
 //! Bundles and masks.
 
 use domain::{BundleSummary, ContentHash, Mask, Timestamp};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite,
+    Connection, Engine,
     row::{checksum, corrupt, decode, encode, hash},
-    writer::Write,
+    write::{Reach, Write},
 };
 use crate::{BundleRecord, PublishedMask, StoreError};
 
 const BUNDLES: &str = "bundles";
 const MASKS: &str = "masks";
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn register_bundle(
         &self,
         summary: &BundleSummary,
@@ -25,32 +24,31 @@ impl Sqlite {
             return Err(StoreError::WrongHash { named: summary.hash, found });
         }
         let masks = summary.masks.iter().map(|mask| Ok((mask.id(), encode("mask", mask)?)));
-        self.writer
-            .write(Register {
-                hash: summary.hash,
-                k_nom: summary.k_nom,
-                summary: encode("bundle summary", summary)?,
-                masks: masks.collect::<Result<_, StoreError>>()?,
-                body: body.to_vec(),
-                now,
-            })
-            .await
+        self.write(Register {
+            hash: summary.hash,
+            k_nom: summary.k_nom,
+            summary: encode("bundle summary", summary)?,
+            masks: masks.collect::<Result<_, StoreError>>()?,
+            body: body.to_vec(),
+            now,
+        })
+        .await
     }
 
     pub(crate) async fn activate_bundle(&self, hash: &ContentHash, now: Timestamp) -> Result<(), StoreError> {
-        self.writer.write(Activate { hash: *hash, now }).await
+        self.write(Activate { hash: *hash, now }).await
     }
 
     pub(crate) async fn bundles(&self) -> Result<Vec<BundleRecord>, StoreError> {
         let sql = "select hash, summary, active, added_at, checksum from bundles order by added_at, hash";
-        let rows: Vec<BundleRow> = sqlx::query_as(sql).fetch_all(&self.readers).await?;
+        let rows: Vec<BundleRow> = sqlx::query_as(sql).fetch_all(&mut *self.read_all().await?).await?;
         rows.into_iter().map(BundleRow::record).collect()
     }
 
     pub(crate) async fn bundle_body(&self, hash: &ContentHash) -> Result<Option<Vec<u8>>, StoreError> {
         let sql = "select body from bundles where hash = $1";
         let body: Option<Vec<u8>> =
-            sqlx::query_scalar(sql).bind(&hash.bytes()[..]).fetch_optional(&self.readers).await?;
+            sqlx::query_scalar(sql).bind(&hash.bytes()[..]).fetch_optional(&mut *self.read_all().await?).await?;
         match body {
             Some(body) if ContentHash::of(&body) != *hash => {
                 Err(corrupt(&(BUNDLES, hash), "its bytes are not those of its hash"))
@@ -61,13 +59,14 @@ impl Sqlite {
 
     pub(crate) async fn mask(&self, id: &ContentHash) -> Result<Option<PublishedMask>, StoreError> {
         let sql = "select mask_id, model, k_nom, body, checksum from masks where mask_id = $1";
-        let row: Option<MaskRow> = sqlx::query_as(sql).bind(&id.bytes()[..]).fetch_optional(&self.readers).await?;
+        let row: Option<MaskRow> =
+            sqlx::query_as(sql).bind(&id.bytes()[..]).fetch_optional(&mut *self.read_all().await?).await?;
         row.map(MaskRow::published).transpose()
     }
 }
 
 /// The bundle by which new lives are judged.
-pub(super) async fn active(connection: &mut SqliteConnection) -> Result<Option<BundleSummary>, StoreError> {
+pub(super) async fn active(connection: &mut Connection) -> Result<Option<BundleSummary>, StoreError> {
     let sql = "select hash, summary, active, added_at, checksum from bundles where active = 1";
     let row: Option<BundleRow> = sqlx::query_as(sql).fetch_optional(connection).await?;
     Ok(row.map(BundleRow::record).transpose()?.map(|record| record.summary))
@@ -118,7 +117,11 @@ struct Register {
 impl Write for Register {
     type Output = ();
 
-    async fn apply(&self, connection: &mut SqliteConnection, _: Timestamp) -> Result<(), StoreError> {
+    fn reach(&self) -> Reach<'_> {
+        Reach::Models
+    }
+
+    async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<(), StoreError> {
         let added_at = self.now.micros();
         sqlx::query(
             "insert into bundles (hash, summary, body, active, added_at, checksum) values ($1, $2, $3, 0, $4, $5)
@@ -156,7 +159,11 @@ struct Activate {
 impl Write for Activate {
     type Output = ();
 
-    async fn apply(&self, connection: &mut SqliteConnection, _: Timestamp) -> Result<(), StoreError> {
+    fn reach(&self) -> Reach<'_> {
+        Reach::Models
+    }
+
+    async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<(), StoreError> {
         sqlx::query("update bundles set active = 0 where active = 1").execute(&mut *connection).await?;
         let sql = "update bundles set active = 1, activated_at = $2 where hash = $1";
         let query = sqlx::query(sql).bind(&self.hash.bytes()[..]).bind(self.now.micros());

@@ -3,10 +3,9 @@
 use std::collections::HashMap;
 
 use domain::{Component, ContentHash};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite,
+    Connection, Engine,
     lives::LifePointer,
     row::{BindKey, checksum, verify},
 };
@@ -14,7 +13,7 @@ use crate::{Checkpoint, StoreError};
 
 const CHECKPOINTS: &str = "checkpoints";
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn checkpoint(
         &self,
         component: &Component,
@@ -24,7 +23,7 @@ impl Sqlite {
     ) -> Result<Option<Checkpoint>, StoreError> {
         let pointer = LifePointer { overhaul_index: overhaul_index.into(), generation: generation.into() };
         let wanted: HashMap<u64, ContentHash> = wanted.iter().copied().collect();
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read(&component.operator).await?;
         for (block, digest) in kept(&mut transaction, component, pointer, 0).await?.into_iter().rev() {
             let Some(digest) = wanted.get(&block.cast_unsigned()).filter(|wanted| wanted.bytes()[..] == digest) else {
                 continue;
@@ -41,7 +40,7 @@ impl Sqlite {
 
 /// Blocks and digests of the checkpoints of one generation of a life from a block on, by block.
 async fn kept(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     from_block: i64,
@@ -61,7 +60,7 @@ async fn kept(
 
 /// The checkpoint of a block, if it is undamaged.
 async fn read(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     block: i64,
@@ -107,7 +106,7 @@ impl Draft {
 /// Removes the checkpoints from a block on whose digests no state holds any longer. Each state holds the
 /// digest of its block.
 pub(super) async fn delete_outdated(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     from_block: i64,
@@ -134,7 +133,7 @@ pub(super) async fn delete_outdated(
 
 /// Writes checkpoints; of each run of blocks the last one stays.
 pub(super) async fn keep(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     drafts: &[Draft],
@@ -147,7 +146,7 @@ pub(super) async fn keep(
 
 /// Writes the checkpoint of a block in the place of an earlier one.
 async fn insert(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     draft: &Draft,
@@ -172,11 +171,7 @@ async fn insert(
 }
 
 /// Keeps the last checkpoint of each run of blocks.
-async fn thin_out(
-    connection: &mut SqliteConnection,
-    component: &Component,
-    pointer: LifePointer,
-) -> Result<(), StoreError> {
+async fn thin_out(connection: &mut Connection, component: &Component, pointer: LifePointer) -> Result<(), StoreError> {
     sqlx::query(
         "delete from checkpoints
          where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation = $5

@@ -3,23 +3,22 @@
 use std::collections::HashMap;
 
 use domain::{Component, ContentHash, SetAside, Timestamp};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite, aside, checkpoints,
+    Connection, Engine, aside, checkpoints,
     history::{self, BlockEnd, EstimateRange, StateRange},
     lives::{self, LifePointer},
     prognoses, queue,
     row::{corrupt, encode},
     sensor_configurations, uploads,
-    writer::Write,
+    write::{Reach, Write},
 };
 use crate::{Completion, Lease, LifeCursor, LifeInputs, LifeResults, StoreError};
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn life_inputs(&self, lease: &Lease) -> Result<LifeInputs, StoreError> {
         let component = &lease.component;
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read(&component.operator).await?;
         let pointer = pointer(&mut transaction, component).await?;
         let waiting = uploads::waiting(&mut transaction, component).await?;
         Ok(LifeInputs {
@@ -32,11 +31,11 @@ impl Sqlite {
     }
 
     pub(crate) async fn complete(&self, lease: &Lease, results: LifeResults) -> Result<Completion, StoreError> {
-        self.writer.write(Complete::new(lease, results)?).await
+        self.write(Complete::new(lease, results)?).await
     }
 }
 
-async fn pointer(connection: &mut SqliteConnection, component: &Component) -> Result<LifePointer, StoreError> {
+async fn pointer(connection: &mut Connection, component: &Component) -> Result<LifePointer, StoreError> {
     let newest = lives::newest(connection, component).await?;
     newest.ok_or_else(|| corrupt(&("lives", component), "a component in the queue has no life"))
 }
@@ -86,7 +85,11 @@ impl Complete {
 impl Write for Complete {
     type Output = Completion;
 
-    async fn apply(&self, connection: &mut SqliteConnection, now: Timestamp) -> Result<Completion, StoreError> {
+    fn reach(&self) -> Reach<'_> {
+        Reach::Component(&self.lease.component)
+    }
+
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<Completion, StoreError> {
         if !queue::finish(connection, &self.lease, now).await? {
             return Ok(Completion::Fenced);
         }
@@ -116,7 +119,7 @@ impl Write for Complete {
 
 impl Complete {
     /// Serves the new prognosis; without one the previous stays, as long as any estimate counts.
-    async fn serve(&self, connection: &mut SqliteConnection, pointer: LifePointer) -> Result<(), StoreError> {
+    async fn serve(&self, connection: &mut Connection, pointer: LifePointer) -> Result<(), StoreError> {
         let component = &self.lease.component;
         if let Some(draft) = &self.prognosis {
             prognoses::issue(connection, &self.lease, pointer, self.now, draft).await?;

@@ -8,8 +8,9 @@ use std::{fmt::Display, str::FromStr};
 
 use domain::{Component, ContentHash, OperatorId, Upload, UploadId};
 use serde::{Serialize, de::DeserializeOwned};
-use sqlx::{Sqlite, query::Query, query::QueryAs, sqlite::SqliteArguments};
+use sqlx::query::{Query, QueryAs};
 
+use super::{Arguments, Database};
 use crate::StoreError;
 
 /// The body of a noun. A noun that would not read back equal is refused.
@@ -114,7 +115,7 @@ pub(super) trait BindKey<'q> {
     fn bind_upload(self, key: &'q UploadKey) -> Self;
 }
 
-impl<'q> BindKey<'q> for Query<'q, Sqlite, SqliteArguments> {
+impl<'q> BindKey<'q> for Query<'q, Database, Arguments> {
     fn bind_component(self, component: &'q Component) -> Self {
         self.bind(component.operator.as_str())
             .bind(component.part_number.as_str())
@@ -126,7 +127,7 @@ impl<'q> BindKey<'q> for Query<'q, Sqlite, SqliteArguments> {
     }
 }
 
-impl<'q, O> BindKey<'q> for QueryAs<'q, Sqlite, O, SqliteArguments> {
+impl<'q, O> BindKey<'q> for QueryAs<'q, Database, O, Arguments> {
     fn bind_component(self, component: &'q Component) -> Self {
         self.bind(component.operator.as_str())
             .bind(component.part_number.as_str())

@@ -11,44 +11,23 @@
 use std::time::Duration;
 
 use domain::{Component, Timestamp};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite,
+    Connection, Engine, LEASE_NEXT,
     row::{BindKey, ComponentColumns, count},
-    writer::Write,
+    write::{Reach, Write},
 };
 use crate::{Lease, StoreError, WorkFigures};
 
 const QUEUE: &str = "component_queue";
-/// Longest sleep before the queue is looked at again: the queue's clock need not run as this one.
-const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn lease(&self, duration: Duration) -> Result<Option<Lease>, StoreError> {
-        self.writer.write(LeaseNext { duration }).await
+        self.write(LeaseNext { duration }).await
     }
 
     pub(crate) async fn abandon(&self, lease: &Lease, retry_after: Duration) -> Result<(), StoreError> {
-        self.writer.write(Abandon { lease: lease.clone(), retry_after }).await
-    }
-
-    pub(crate) async fn work_available(&self) {
-        while !self.writer.is_closed() {
-            let committed = self.writer.committed().notified();
-            tokio::pin!(committed);
-            committed.as_mut().enable();
-            let due = self.next_due().await.unwrap_or_else(|error| {
-                tracing::warn!(%error, "looking into the queue failed");
-                None
-            });
-            let sleep = match due {
-                Some(due) if due <= self.clock.now() => return,
-                Some(due) => until(self.clock.now(), due).min(LONGEST_SLEEP),
-                None => LONGEST_SLEEP,
-            };
-            let _ = tokio::time::timeout(sleep, committed).await;
-        }
+        self.write(Abandon { lease: lease.clone(), retry_after }).await
     }
 
     pub(crate) async fn work_figures(&self) -> Result<WorkFigures, StoreError> {
@@ -56,7 +35,7 @@ impl Sqlite {
             "select (select count(*) from inbox), (select min(since) from inbox),
                     (select count(*) from uploads_set_aside)",
         )
-        .fetch_one(&self.readers)
+        .fetch_one(&mut *self.read_all().await?)
         .await?;
         Ok(WorkFigures {
             pending: count("inbox", pending)?,
@@ -66,19 +45,15 @@ impl Sqlite {
     }
 
     /// When the next component can be leased, if any waits.
-    async fn next_due(&self) -> Result<Option<Timestamp>, StoreError> {
+    pub(crate) async fn next_due(&self) -> Result<Option<Timestamp>, StoreError> {
         let due: Option<i64> = sqlx::query_scalar(
             "select min(case when lease_until > not_before then lease_until else not_before end)
              from component_queue where input_revision > processed_revision",
         )
-        .fetch_one(&self.readers)
+        .fetch_one(&mut *self.read_all().await?)
         .await?;
         Ok(due.map(Timestamp::from_micros))
     }
-}
-
-fn until(now: Timestamp, then: Timestamp) -> Duration {
-    Duration::from_micros(then.micros().saturating_sub(now.micros()).unsigned_abs())
 }
 
 fn later(now: Timestamp, by: Duration) -> i64 {
@@ -87,7 +62,7 @@ fn later(now: Timestamp, by: Duration) -> i64 {
 
 /// Counts an input of a component; its new `input_revision`, which is 1 for a new component.
 pub(super) async fn announce(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     now: Timestamp,
 ) -> Result<i64, StoreError> {
@@ -112,7 +87,7 @@ pub(super) async fn announce(
 /// Counts a change that makes worthless what a worker may have read of a component: its lease is
 /// revoked, which is no failed attempt.
 pub(super) async fn revise(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     now: Timestamp,
 ) -> Result<(), StoreError> {
@@ -129,11 +104,7 @@ pub(super) async fn revise(
 }
 
 /// Ends a lease with a result, if it still holds.
-pub(super) async fn finish(
-    connection: &mut SqliteConnection,
-    lease: &Lease,
-    now: Timestamp,
-) -> Result<bool, StoreError> {
+pub(super) async fn finish(connection: &mut Connection, lease: &Lease, now: Timestamp) -> Result<bool, StoreError> {
     let finished = sqlx::query(
         "update component_queue
          set processed_revision = $4, lease_until = 0, attempts = 0, not_before = $6
@@ -175,19 +146,16 @@ struct LeaseNext {
 impl Write for LeaseNext {
     type Output = Option<Lease>;
 
-    async fn apply(&self, connection: &mut SqliteConnection, now: Timestamp) -> Result<Option<Lease>, StoreError> {
-        let row: Option<LeaseRow> = sqlx::query_as(
-            "update component_queue set lease_until = $2, fence = fence + 1, attempts = attempts + 1
-             where (operator, part_number, serial_number) = (
-               select operator, part_number, serial_number from component_queue
-               where input_revision > processed_revision and not_before <= $1 and lease_until <= $1
-               order by not_before, operator, part_number, serial_number limit 1)
-             returning operator, part_number, serial_number, input_revision, fence, attempts",
-        )
-        .bind(now.micros())
-        .bind(later(now, self.duration))
-        .fetch_optional(connection)
-        .await?;
+    fn reach(&self) -> Reach<'_> {
+        Reach::Queue
+    }
+
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<Option<Lease>, StoreError> {
+        let row: Option<LeaseRow> = sqlx::query_as(LEASE_NEXT)
+            .bind(now.micros())
+            .bind(later(now, self.duration))
+            .fetch_optional(connection)
+            .await?;
         row.map(LeaseRow::lease).transpose()
     }
 }
@@ -200,7 +168,11 @@ struct Abandon {
 impl Write for Abandon {
     type Output = ();
 
-    async fn apply(&self, connection: &mut SqliteConnection, now: Timestamp) -> Result<(), StoreError> {
+    fn reach(&self) -> Reach<'_> {
+        Reach::Component(&self.lease.component)
+    }
+
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<(), StoreError> {
         sqlx::query(
             "update component_queue set lease_until = 0, not_before = $6
              where operator = $1 and part_number = $2 and serial_number = $3 and fence = $4 and lease_until > $5",

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use domain::{Component, ContentHash, OperatorId, PartNumber};
-use sqlx::SqliteConnection;
 
 use super::{
+    Connection,
     events::{EventRow, event_columns},
     lives::LifePointer,
     row::BindKey,
@@ -57,7 +57,7 @@ macro_rules! endings {
 
 /// The lives of a component that ended: by overhaul index, the hours at which each was found failed.
 pub(super) async fn of_component(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
 ) -> Result<BTreeMap<i64, f64>, StoreError> {
     let rows: Vec<EndingRow> = sqlx::query_as(endings!("lives l", "and l.part_number = $2 and l.serial_number = $3"))
@@ -69,7 +69,7 @@ pub(super) async fn of_component(
 
 /// What is installed on the tails from `first` to `last` and was found failed: at how many hours.
 pub(super) async fn on_tails(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     first: &str,
     last: &str,
@@ -92,7 +92,7 @@ pub(super) async fn on_tails(
 
 /// The finished lives of an operator that failed last, the newest failure first.
 pub(super) async fn newest(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     limit: u32,
 ) -> Result<Vec<Ending>, StoreError> {
@@ -109,7 +109,7 @@ pub(super) async fn newest(
 
 /// The finished lives of a part number that a bundle judges, by serial number and life.
 pub(super) async fn judged_by(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     part_number: &PartNumber,
     model: &ContentHash,

@@ -1,18 +1,17 @@
 //! Learned priors.
 
 use domain::{Component, ContentHash, OperatorId, Timestamp};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite,
+    Connection, Engine,
     row::{checksum, corrupt, count, hash, parse, verify},
-    writer::Write,
+    write::{Reach, Write},
 };
 use crate::{PriorRecord, StoreError};
 
 const PRIORS: &str = "priors";
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn add_prior(
         &self,
         operator: &OperatorId,
@@ -23,7 +22,7 @@ impl Sqlite {
         if found != prior.hash {
             return Err(StoreError::WrongHash { named: prior.hash, found });
         }
-        self.writer.write(Add { operator: operator.clone(), prior: prior.clone(), body: body.to_vec() }).await
+        self.write(Add { operator: operator.clone(), prior: prior.clone(), body: body.to_vec() }).await
     }
 
     pub(crate) async fn priors(&self, operator: &OperatorId) -> Result<Vec<PriorRecord>, StoreError> {
@@ -32,7 +31,7 @@ impl Sqlite {
              where operator = $1 order by part_number, learned_at, hash",
         )
         .bind(operator.as_str())
-        .fetch_all(&self.readers)
+        .fetch_all(&mut *self.read(operator).await?)
         .await?;
         rows.into_iter().map(PriorRow::record).collect()
     }
@@ -44,7 +43,7 @@ impl Sqlite {
     ) -> Result<Option<Vec<u8>>, StoreError> {
         let sql = "select body from priors where operator = $1 and hash = $2 limit 1";
         let query = sqlx::query_scalar(sql).bind(operator.as_str()).bind(&hash.bytes()[..]);
-        let body: Option<Vec<u8>> = query.fetch_optional(&self.readers).await?;
+        let body: Option<Vec<u8>> = query.fetch_optional(&mut *self.read(operator).await?).await?;
         match body {
             Some(body) if ContentHash::of(&body) != *hash => {
                 Err(corrupt(&(PRIORS, operator, hash), "its bytes are not those of its hash"))
@@ -56,7 +55,7 @@ impl Sqlite {
 
 /// The newest prior that was learned for a component's part number under a bundle.
 pub(super) async fn newest(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     model: &ContentHash,
 ) -> Result<Option<ContentHash>, StoreError> {
@@ -116,7 +115,11 @@ struct Add {
 impl Write for Add {
     type Output = ();
 
-    async fn apply(&self, connection: &mut SqliteConnection, _: Timestamp) -> Result<(), StoreError> {
+    fn reach(&self) -> Reach<'_> {
+        Reach::Operator(&self.operator)
+    }
+
+    async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<(), StoreError> {
         let Self { operator, prior, body } = self;
         let model = &prior.model.bytes()[..];
         let known: bool = sqlx::query_scalar("select exists (select 1 from bundles where hash = $1)")

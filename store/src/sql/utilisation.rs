@@ -7,9 +7,9 @@
 use std::collections::BTreeMap;
 
 use domain::{OperatorId, TailNumber, Timestamp, time::DAY_US};
-use sqlx::SqliteConnection;
 
 use super::{
+    Connection,
     history::End,
     installations::{self, TailPeriod},
     uploads,
@@ -24,7 +24,7 @@ const SHORTEST_US: i64 = 14 * DAY_US;
 /// Flight hours per day of a tail over the 90 days before its newest upload; `None` when they hold
 /// less than 14 days of data.
 pub(super) async fn fh_per_day(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     tail: &TailNumber,
 ) -> Result<Option<f64>, StoreError> {
@@ -34,7 +34,7 @@ pub(super) async fn fh_per_day(
 
 /// The same for every tail of an operator behind `after` up to `last`, in alphabetical order.
 pub(super) async fn of_tails(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     after: &str,
     last: &str,
@@ -51,7 +51,7 @@ pub(super) async fn of_tails(
 }
 
 /// Flight hours per day of the tail whose periods these are.
-async fn over(connection: &mut SqliteConnection, periods: Vec<TailPeriod>) -> Result<Option<f64>, StoreError> {
+async fn over(connection: &mut Connection, periods: Vec<TailPeriod>) -> Result<Option<f64>, StoreError> {
     let mut ends = Vec::new();
     for period in periods {
         if let Some(last) = at_end(connection, &period, period.from_at, End::Last).await? {
@@ -77,7 +77,7 @@ struct Reading {
 }
 
 async fn at_end(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     period: &TailPeriod,
     from_at: i64,
     end: End,

@@ -10,16 +10,16 @@ use domain::ContentHash;
 use serde::Serialize;
 
 use super::{
-    Sqlite,
+    Engine,
     history::{self, EstimateRange, StateRange},
     lives::LifePointer,
     row::{ComponentColumns, count},
 };
 use crate::{Digest, StoreError};
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn digest(&self) -> Result<Digest, StoreError> {
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read_all().await?;
         let rows: Vec<GenerationRow> = sqlx::query_as(
             "select operator, part_number, serial_number, overhaul_index, number as generation from generations
              order by operator, part_number, serial_number, overhaul_index, number",

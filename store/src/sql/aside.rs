@@ -2,9 +2,9 @@
 //! life excludes.
 
 use domain::{Component, SetAside, SetAsideReason, Timestamp};
-use sqlx::SqliteConnection;
 
 use super::{
+    Connection,
     lives::LifePointer,
     row::{BindKey, UploadKey, corrupt},
     uploads,
@@ -15,7 +15,7 @@ const SET_ASIDE: &str = "set_aside";
 
 /// Why an upload is set aside, if it is.
 pub(super) async fn reason(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     key: &UploadKey,
 ) -> Result<Option<(SetAsideReason, String)>, StoreError> {
     let found: Option<(String, String)> = sqlx::query_as(
@@ -34,7 +34,7 @@ fn reason_of(code: &str) -> Result<SetAsideReason, StoreError> {
 
 /// Sets an upload without estimate aside; it leaves the inbox.
 pub(super) async fn set_aside(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     one: &SetAside,
     now: Timestamp,
@@ -58,7 +58,7 @@ pub(super) async fn set_aside(
 
 /// Replaces the list of uploads that are excluded from a life.
 pub(super) async fn exclude(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     excluded: &[SetAside],

@@ -3,7 +3,7 @@
 use domain::{Component, Timestamp};
 
 use super::{
-    Sqlite, endings,
+    Engine, endings,
     history::{self, End},
     installations,
     lives::{self, LifePointer},
@@ -11,9 +11,9 @@ use super::{
 };
 use crate::{ComponentRecord, LifeRecord, StoreError};
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn component(&self, component: &Component) -> Result<Option<ComponentRecord>, StoreError> {
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read(&component.operator).await?;
         let enrolled: Option<(i64,)> = sqlx::query_as(
             "select enrolled_at from components where operator = $1 and part_number = $2 and serial_number = $3",
         )

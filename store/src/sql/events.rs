@@ -5,12 +5,11 @@
 //! voided, so that the order in which they arrive does not matter.
 
 use domain::{Component, EventId, EventKind, Finding, MaintenanceEvent, OperatorId, Timestamp};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite, lives,
+    Connection, Engine, lives,
     row::{BindKey, ComponentColumns, checksum, decode, encode, hours_column, parse},
-    writer::Write,
+    write::{Reach, Write},
 };
 use crate::{EventReceipt, EventRecord, StoreError, Voiding};
 
@@ -18,7 +17,7 @@ const EVENTS: &str = "maintenance_events";
 const FAILED: &str = "finding_failed";
 const SERVICEABLE: &str = "finding_serviceable";
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn record_event(
         &self,
         operator: &OperatorId,
@@ -27,7 +26,7 @@ impl Sqlite {
     ) -> Result<EventReceipt, StoreError> {
         let body = encode("maintenance event", event)?;
         let component = event.component(operator);
-        self.writer.write(Record { component, event: event.clone(), body, received_at: now }).await
+        self.write(Record { component, event: event.clone(), body, received_at: now }).await
     }
 
     pub(crate) async fn void_event(
@@ -36,11 +35,11 @@ impl Sqlite {
         id: &EventId,
         now: Timestamp,
     ) -> Result<Option<Voiding>, StoreError> {
-        self.writer.write(Void { operator: operator.clone(), id: id.clone(), voided_at: now }).await
+        self.write(Void { operator: operator.clone(), id: id.clone(), voided_at: now }).await
     }
 
     pub(crate) async fn event(&self, operator: &OperatorId, id: &EventId) -> Result<Option<EventRecord>, StoreError> {
-        find(&mut *self.readers.acquire().await?, operator, id).await
+        find(&mut *self.read(operator).await?, operator, id).await
     }
 
     pub(crate) async fn events(&self, component: &Component) -> Result<Vec<EventRecord>, StoreError> {
@@ -49,7 +48,7 @@ impl Sqlite {
              order by e.flight_hours, e.occurred_at, e.event_id"
         ))
         .bind_component(component)
-        .fetch_all(&self.readers)
+        .fetch_all(&mut *self.read(&component.operator).await?)
         .await?;
         rows.into_iter().map(EventRow::record).collect()
     }
@@ -140,7 +139,7 @@ fn kind_column(kind: EventKind) -> &'static str {
 
 /// The event of this name.
 async fn find(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     id: &EventId,
 ) -> Result<Option<EventRecord>, StoreError> {
@@ -162,7 +161,11 @@ struct Record {
 impl Write for Record {
     type Output = EventReceipt;
 
-    async fn apply(&self, connection: &mut SqliteConnection, _: Timestamp) -> Result<EventReceipt, StoreError> {
+    fn reach(&self) -> Reach<'_> {
+        Reach::Operator(&self.component.operator)
+    }
+
+    async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<EventReceipt, StoreError> {
         if let Some(known) = find(connection, &self.component.operator, &self.event.event_id).await? {
             let same = known.event == self.event;
             return Ok(if same { EventReceipt::Duplicate } else { EventReceipt::Conflict });
@@ -177,7 +180,7 @@ impl Write for Record {
 }
 
 impl Record {
-    async fn insert(&self, connection: &mut SqliteConnection) -> Result<(), StoreError> {
+    async fn insert(&self, connection: &mut Connection) -> Result<(), StoreError> {
         let name = EventName {
             component: &self.component,
             id: &self.event.event_id,
@@ -215,7 +218,11 @@ struct Void {
 impl Write for Void {
     type Output = Option<Voiding>;
 
-    async fn apply(&self, connection: &mut SqliteConnection, _: Timestamp) -> Result<Option<Voiding>, StoreError> {
+    fn reach(&self) -> Reach<'_> {
+        Reach::Operator(&self.operator)
+    }
+
+    async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<Option<Voiding>, StoreError> {
         let Some(EventRecord { event, .. }) = find(connection, &self.operator, &self.id).await? else {
             return Ok(None);
         };
@@ -238,7 +245,7 @@ impl Write for Void {
 }
 
 /// Finds the event that ends the newest life of a component, or that none does any longer.
-async fn find_end(connection: &mut SqliteConnection, component: &Component) -> Result<(), StoreError> {
+async fn find_end(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
     sqlx::query(
         "update lives set ended_by = (
            select e.event_id from maintenance_events e

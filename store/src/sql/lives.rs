@@ -1,10 +1,9 @@
 //! Components, their lives, and the generation by which each life is judged.
 
 use domain::{Component, ContentHash, Life, Timestamp};
-use sqlx::SqliteConnection;
 
 use super::{
-    models, priors,
+    Connection, models, priors,
     row::{BindKey, count, hash},
 };
 use crate::{Generation, StoreError};
@@ -28,7 +27,7 @@ impl LifePointer {
 /// Enrols a component with its first life, which the active bundle and the newest prior for it judge from
 /// now on.
 pub(super) async fn enrol(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     now: Timestamp,
 ) -> Result<(), StoreError> {
@@ -53,7 +52,7 @@ pub(super) async fn enrol(
     pin(connection, component).await
 }
 
-async fn pin(connection: &mut SqliteConnection, component: &Component) -> Result<(), StoreError> {
+async fn pin(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
     let active = models::active(connection).await?.ok_or(StoreError::NoActiveBundle)?;
     let prior = priors::newest(connection, component, &active.hash).await?.unwrap_or(active.prior);
     sqlx::query(
@@ -71,7 +70,7 @@ async fn pin(connection: &mut SqliteConnection, component: &Component) -> Result
 
 /// The newest life of a component; `None` for an unknown one.
 pub(super) async fn newest(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
 ) -> Result<Option<LifePointer>, StoreError> {
     let sql = "select overhaul_index, generation from lives
@@ -82,7 +81,7 @@ pub(super) async fn newest(
 
 /// The generation that answers for a life.
 pub(super) async fn generation(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
 ) -> Result<Generation, StoreError> {
@@ -101,7 +100,7 @@ pub(super) async fn generation(
 
 /// Names the prognosis that is served of a life by the fence of its lease; `None` serves none.
 pub(super) async fn serve_prognosis(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     fence: Option<i64>,

@@ -3,13 +3,13 @@
 use domain::{ContentHash, OperatorId, PartNumber};
 
 use super::{
-    Sqlite, endings,
+    Engine, endings,
     history::{self, EstimateRange},
     prognoses,
 };
 use crate::{FinishedLife, IssuedLife, StoreError};
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn issued_on_finished_lives(
         &self,
         operator: &OperatorId,
@@ -17,7 +17,7 @@ impl Sqlite {
         limit: u32,
     ) -> Result<Vec<IssuedLife>, StoreError> {
         assert!(every_fh > 0.0, "stretches of {every_fh} flight hours");
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read(operator).await?;
         let mut lives = Vec::new();
         for ending in endings::newest(&mut transaction, operator, limit).await? {
             let prognoses = prognoses::first_of_each_stretch(&mut transaction, &ending, every_fh).await?;
@@ -33,7 +33,7 @@ impl Sqlite {
         part_number: &PartNumber,
         model: &ContentHash,
     ) -> Result<Vec<FinishedLife>, StoreError> {
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read(operator).await?;
         let mut lives = Vec::new();
         for ending in endings::judged_by(&mut transaction, operator, part_number, model).await? {
             let range = EstimateRange::counting_up_to(ending.failure_fh);

@@ -1,10 +1,9 @@
 //! Estimates and states of a life, in its order.
 
 use domain::{Component, Estimate, State, Timestamp, Upload, UploadId};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite,
+    Connection, Engine,
     lives::{self, LifePointer},
     row::{BindKey, ComponentColumns, checksum, decode, hours_column, parse},
 };
@@ -15,7 +14,7 @@ const STATES: &str = "states";
 /// More than any page: all rows.
 pub(super) const ALL: i64 = i64::MAX;
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn estimates(
         &self,
         component: &Component,
@@ -24,7 +23,7 @@ impl Sqlite {
         after: Option<&LifeCursor>,
         limit: u32,
     ) -> Result<Vec<Estimate>, StoreError> {
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read(&component.operator).await?;
         let Some(pointer) = lives::newest(&mut transaction, component).await? else { return Ok(Vec::new()) };
         let range = EstimateRange {
             // No row is as early as the first moment of an hour, so nothing of that hour is missed.
@@ -45,7 +44,7 @@ impl Sqlite {
         after: Option<u64>,
         limit: u32,
     ) -> Result<Vec<State>, StoreError> {
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read(&component.operator).await?;
         let Some(pointer) = lives::newest(&mut transaction, component).await? else { return Ok(Vec::new()) };
         let range = StateRange {
             after: after.map_or(-1, |block| i64::try_from(block).unwrap_or(i64::MAX)),
@@ -131,7 +130,7 @@ fn estimate_name<'a>(component: &'a Component, pointer: LifePointer, at: &'a Lif
 
 /// Estimates of one generation of a life, in the order of the life.
 pub(super) async fn estimates(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     range: EstimateRange<'_>,
@@ -194,7 +193,7 @@ macro_rules! counting {
 
 /// The first or last place in the order of a life that has an estimate which counts.
 pub(super) async fn end_of_life(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     end: End,
@@ -210,7 +209,7 @@ pub(super) async fn end_of_life(
 
 /// Whether any estimate counts in one generation of a life.
 pub(super) async fn has_counting_estimate(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
 ) -> Result<bool, StoreError> {
@@ -220,7 +219,7 @@ pub(super) async fn has_counting_estimate(
 /// The estimate of one upload in the generation that answers for its life. (SQLite follows the order
 /// of a cross join: otherwise it may walk through the whole life.)
 pub(super) async fn estimate_of(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     upload: &Upload,
 ) -> Result<Option<Estimate>, StoreError> {
@@ -244,7 +243,7 @@ pub(super) async fn estimate_of(
 
 /// Writes the estimate of an upload; writing it again changes nothing but damage.
 pub(super) async fn insert_estimate(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     at: &LifeCursor,
@@ -307,7 +306,7 @@ fn state_name(component: &Component, pointer: LifePointer, at: BlockEnd) -> impl
 
 /// States of one generation of a life, by block.
 pub(super) async fn states(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     range: StateRange,
@@ -333,7 +332,7 @@ pub(super) async fn states(
 
 /// Removes the states of a block and of all later ones.
 pub(super) async fn delete_states(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     from_block: i64,
@@ -354,7 +353,7 @@ pub(super) async fn delete_states(
 
 /// Writes the state of a block that has none.
 pub(super) async fn insert_state(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     at: BlockEnd,

@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 
 use domain::{Component, OperatorId, Position, TailNumber, Timestamp};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite, endings,
+    Connection, Engine, endings,
     lives::LifePointer,
     prognoses::PrognosisRow,
     row::{ComponentColumns, count, parse},
@@ -42,20 +41,20 @@ macro_rules! installed {
     };
 }
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn tails(
         &self,
         operator: &OperatorId,
         after: Option<&TailNumber>,
         limit: u32,
     ) -> Result<Vec<TailNumber>, StoreError> {
-        let mut connection = self.readers.acquire().await?;
+        let mut connection = self.read(operator).await?;
         tails(&mut connection, operator, after.map_or("", TailNumber::as_str), limit).await
     }
 
     pub(crate) async fn knows_tail(&self, operator: &OperatorId, tail: &TailNumber) -> Result<bool, StoreError> {
         let query = sqlx::query_scalar("select exists (select * from tails where operator = $1 and tail = $2)");
-        Ok(query.bind(operator.as_str()).bind(tail.as_str()).fetch_one(&self.readers).await?)
+        Ok(query.bind(operator.as_str()).bind(tail.as_str()).fetch_one(&mut *self.read(operator).await?).await?)
     }
 
     pub(crate) async fn installed(
@@ -81,7 +80,7 @@ impl Sqlite {
         after: Option<&TailNumber>,
         limit: u32,
     ) -> Result<Vec<InstalledTail>, StoreError> {
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read(operator).await?;
         let after = after.map_or("", TailNumber::as_str);
         let mut fleet = tails(&mut transaction, operator, after, limit)
             .await?
@@ -114,7 +113,7 @@ impl Sqlite {
         tail: &TailNumber,
         position: Option<&Position>,
     ) -> Result<Vec<Installed>, StoreError> {
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read(operator).await?;
         let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.tail = $2 and ($3 is null or i.position = $3)"))
             .bind(operator.as_str())
             .bind(tail.as_str())
@@ -131,7 +130,7 @@ impl Sqlite {
 }
 
 async fn tails(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     after: &str,
     limit: u32,

@@ -1,9 +1,9 @@
 //! Prognoses as issued: append-only.
 
 use domain::{Component, Prognosis, Timestamp};
-use sqlx::SqliteConnection;
 
 use super::{
+    Connection,
     endings::Ending,
     lives::LifePointer,
     row::{BindKey, checksum, corrupt, decode, encode, hours_column},
@@ -33,7 +33,7 @@ fn forecast_from_fh(prognosis: &Prognosis) -> Option<f64> {
 
 /// Appends what is served from now on.
 pub(super) async fn issue(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     lease: &Lease,
     pointer: LifePointer,
     now: Timestamp,
@@ -88,7 +88,7 @@ impl PrognosisRow {
 /// Of each stretch of `every_fh` hours before a life's failure, the first prognosis with a forecast that
 /// was issued, in the order of hours. (A cast rounds towards zero, and hours are not negative.)
 pub(super) async fn first_of_each_stretch(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     life: &Ending,
     every_fh: f64,
 ) -> Result<Vec<Prognosis>, StoreError> {

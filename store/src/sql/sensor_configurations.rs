@@ -9,21 +9,20 @@ use std::{
 };
 
 use domain::{ContentHash, OperatorId, SensorConfiguration, TailNumber, Timestamp, Upload};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite,
+    Connection, Engine,
     correct::{self, Span},
     installations,
     row::{checksum, decode, encode, hash, verify},
-    writer::Write,
+    write::{Reach, Write},
 };
 use crate::{Addition, StoreError, TailConfiguration, Unestimated};
 
 const CONFIGURATIONS: &str = "sensor_configurations";
 const OF_TAILS: &str = "tail_sensor_configurations";
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn add_sensor_configuration(
         &self,
         operator: &OperatorId,
@@ -35,7 +34,7 @@ impl Sqlite {
         let body = encode("sensor configuration", configuration)?;
         let (operator, tail) = (operator.clone(), tail.clone());
         let add = Add { operator, tail, effective_from, hash: configuration.id(), body, added_at: now };
-        self.writer.write(add).await
+        self.write(add).await
     }
 
     pub(crate) async fn sensor_configurations(
@@ -43,14 +42,14 @@ impl Sqlite {
         operator: &OperatorId,
         tail: &TailNumber,
     ) -> Result<Vec<TailConfiguration>, StoreError> {
-        let mut connection = self.readers.acquire().await?;
+        let mut connection = self.read(operator).await?;
         of_tail(&mut connection, operator, tail).await
     }
 }
 
 /// All configurations of a tail, by the time from which they are in force.
 async fn of_tail(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     tail: &TailNumber,
 ) -> Result<Vec<TailConfiguration>, StoreError> {
@@ -69,7 +68,7 @@ async fn of_tail(
 
 /// Uploads, each with the configuration in force when it was recorded.
 pub(super) async fn in_force(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     uploads: Vec<(Upload, Timestamp)>,
 ) -> Result<Vec<Unestimated>, StoreError> {
@@ -134,7 +133,11 @@ struct Add {
 impl Write for Add {
     type Output = Addition;
 
-    async fn apply(&self, connection: &mut SqliteConnection, now: Timestamp) -> Result<Addition, StoreError> {
+    fn reach(&self) -> Reach<'_> {
+        Reach::Operator(&self.operator)
+    }
+
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<Addition, StoreError> {
         if let Some(known) = self.known(connection).await? {
             return Ok(if known == self.hash { Addition::Duplicate } else { Addition::Conflict });
         }
@@ -154,7 +157,7 @@ impl Write for Add {
 
 impl Add {
     /// The configuration that is in force from the same time on.
-    async fn known(&self, connection: &mut SqliteConnection) -> Result<Option<ContentHash>, StoreError> {
+    async fn known(&self, connection: &mut Connection) -> Result<Option<ContentHash>, StoreError> {
         let known: Option<Vec<u8>> = sqlx::query_scalar(
             "select hash from tail_sensor_configurations where operator = $1 and tail = $2 and effective_from = $3",
         )
@@ -167,7 +170,7 @@ impl Add {
     }
 
     /// When the tail's next configuration comes into force.
-    async fn superseded_at(&self, connection: &mut SqliteConnection) -> Result<i64, StoreError> {
+    async fn superseded_at(&self, connection: &mut Connection) -> Result<i64, StoreError> {
         let next: Option<i64> = sqlx::query_scalar(
             "select min(effective_from) from tail_sensor_configurations
              where operator = $1 and tail = $2 and effective_from > $3",
@@ -180,7 +183,7 @@ impl Add {
         Ok(next.unwrap_or(i64::MAX))
     }
 
-    async fn insert(&self, connection: &mut SqliteConnection) -> Result<(), StoreError> {
+    async fn insert(&self, connection: &mut Connection) -> Result<(), StoreError> {
         sqlx::query(
             "insert into sensor_configurations (operator, hash, body, checksum) values ($1, $2, $3, $4)
              on conflict (operator, hash) do nothing",

@@ -1,12 +1,12 @@
 //! What finished lives have to teach beyond the priors that were learned.
 
 use super::{
-    Sqlite,
+    Engine,
     row::{count, hash, parse},
 };
 use crate::{Lesson, StoreError};
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn lessons(&self) -> Result<Vec<Lesson>, StoreError> {
         let rows: Vec<LessonRow> = sqlx::query_as(
             "select f.operator, f.part_number, f.model, f.lives from (
@@ -27,7 +27,7 @@ impl Sqlite {
         .bind(Lesson::MIN_LIVES)
         .bind(Lesson::GROWTH.0)
         .bind(Lesson::GROWTH.1)
-        .fetch_all(&self.readers)
+        .fetch_all(&mut *self.read_all().await?)
         .await?;
         rows.into_iter().map(LessonRow::lesson).collect()
     }

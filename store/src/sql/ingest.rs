@@ -1,17 +1,16 @@
 //! Ingest: an upload, its name for ever, and everything that its arrival changes.
 
 use domain::{Component, ContentHash, OperatorId, Timestamp, Upload};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite, installations, lives, queue,
+    Connection, Engine, installations, lives, queue,
     row::{BindKey, encode, hash},
     uploads,
-    writer::Write,
+    write::{Reach, Write},
 };
 use crate::{Receipt, StoreError};
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn accept(
         &self,
         operator: &OperatorId,
@@ -26,7 +25,7 @@ impl Sqlite {
             upload,
             received_at,
         };
-        self.writer.upload(accept).await
+        self.write_upload(accept).await
     }
 }
 
@@ -41,7 +40,11 @@ struct Accept {
 impl Write for Accept {
     type Output = Receipt;
 
-    async fn apply(&self, connection: &mut SqliteConnection, now: Timestamp) -> Result<Receipt, StoreError> {
+    fn reach(&self) -> Reach<'_> {
+        Reach::Operator(&self.component.operator)
+    }
+
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<Receipt, StoreError> {
         if !self.claim_name(connection).await? {
             return self.compare(connection).await;
         }
@@ -56,7 +59,7 @@ impl Write for Accept {
 }
 
 impl Accept {
-    async fn claim_name(&self, connection: &mut SqliteConnection) -> Result<bool, StoreError> {
+    async fn claim_name(&self, connection: &mut Connection) -> Result<bool, StoreError> {
         let claimed = sqlx::query(
             "insert into upload_keys (operator, part_number, serial_number, upload_id, recorded_at, content_hash)
              values ($1, $2, $3, $4, $5, $6) on conflict (operator, upload_id) do nothing",
@@ -71,7 +74,7 @@ impl Accept {
     }
 
     /// What to answer when the name is taken. A conflict is only claimed of an undamaged upload.
-    async fn compare(&self, connection: &mut SqliteConnection) -> Result<Receipt, StoreError> {
+    async fn compare(&self, connection: &mut Connection) -> Result<Receipt, StoreError> {
         let (operator, id) = (&self.component.operator, &self.upload.upload_id);
         let sql = "select content_hash from upload_keys where operator = $1 and upload_id = $2";
         let query = sqlx::query_scalar(sql).bind(operator.as_str()).bind(id.as_str());

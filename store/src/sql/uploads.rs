@@ -1,10 +1,9 @@
 //! Uploads as they came, and where they stand.
 
 use domain::{Component, OperatorId, Timestamp, Upload, UploadId};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite, aside,
+    Connection, Engine, aside,
     history::{self, End},
     row::{BindKey, ComponentColumns, UploadKey, checksum, corrupt, decode, parse},
 };
@@ -12,13 +11,13 @@ use crate::{StoreError, UploadRecord, UploadState, UploadStateKind};
 
 const UPLOADS: &str = "uploads";
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn upload(
         &self,
         operator: &OperatorId,
         id: &UploadId,
     ) -> Result<Option<UploadRecord>, StoreError> {
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read(operator).await?;
         let Some((upload, received_at)) = find(&mut transaction, operator, id).await? else {
             return Ok(None);
         };
@@ -32,7 +31,7 @@ impl Sqlite {
         after: Option<&UploadId>,
         limit: u32,
     ) -> Result<Vec<UploadRecord>, StoreError> {
-        let mut transaction = self.readers.begin().await?;
+        let mut transaction = self.read(operator).await?;
         let after = match after {
             None => None,
             Some(id) => match key(&mut transaction, operator, id).await? {
@@ -48,14 +47,15 @@ impl Sqlite {
     }
 
     pub(crate) async fn pending(&self) -> Result<u64, StoreError> {
-        let waiting: i64 = sqlx::query_scalar("select count(*) from inbox").fetch_one(&self.readers).await?;
+        let waiting: i64 =
+            sqlx::query_scalar("select count(*) from inbox").fetch_one(&mut *self.read_all().await?).await?;
         Ok(waiting.unsigned_abs())
     }
 }
 
 /// What became of an upload.
 async fn record(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     upload: Upload,
     received_at: Timestamp,
@@ -86,7 +86,7 @@ macro_rules! listed {
 }
 
 async fn listed(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     state: UploadStateKind,
     after: Option<UploadKey>,
@@ -144,7 +144,7 @@ fn name<'a>(
 
 /// Stores an upload whose name is new; it waits in the inbox.
 pub(super) async fn insert(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     upload: &Upload,
     body: &str,
@@ -179,7 +179,7 @@ pub(super) async fn insert(
 
 /// The upload of this name, with the time of its receipt.
 pub(super) async fn find(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     id: &UploadId,
 ) -> Result<Option<(Upload, Timestamp)>, StoreError> {
@@ -201,7 +201,7 @@ pub(super) async fn find(
 /// Uploads of a component that wait, in the order of its life. (SQLite follows the order of a cross
 /// join: otherwise it may walk through all uploads of the component.)
 pub(super) async fn waiting(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
 ) -> Result<Vec<(Upload, Timestamp)>, StoreError> {
     let rows: Vec<UploadRow> = sqlx::query_as(
@@ -226,7 +226,7 @@ pub(super) async fn waiting(
 /// The first moment of the order (recorded_at, upload_id), strictly between two others, at which an
 /// upload that is not voided saw a component.
 pub(super) async fn next_seen(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     after: (i64, &str),
     before: (i64, &str),
@@ -272,7 +272,7 @@ macro_rules! credible {
 
 /// The first or last upload of a component between two moments whose hours can be relied on.
 pub(super) async fn at_end_of(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     after: (i64, &str),
     before: (i64, &str),
@@ -288,7 +288,7 @@ pub(super) async fn at_end_of(
 }
 
 /// Where an upload stands: it was voided, waits, was set aside, or has been processed.
-pub(super) async fn state_of(connection: &mut SqliteConnection, key: &UploadKey) -> Result<UploadState, StoreError> {
+pub(super) async fn state_of(connection: &mut Connection, key: &UploadKey) -> Result<UploadState, StoreError> {
     let (voided_at, waits): (Option<i64>, bool) = sqlx::query_as(
         "select
            (select voided_at from voided where operator = $1 and part_number = $2 and serial_number = $3
@@ -313,7 +313,7 @@ pub(super) async fn state_of(connection: &mut SqliteConnection, key: &UploadKey)
 
 /// The key of the upload of this name.
 async fn key(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     operator: &OperatorId,
     id: &UploadId,
 ) -> Result<Option<UploadKey>, StoreError> {
@@ -341,7 +341,7 @@ struct KeyRow {
 
 /// The key of an upload that a worker was given.
 pub(super) async fn known_key(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     id: &UploadId,
 ) -> Result<UploadKey, StoreError> {
@@ -351,7 +351,7 @@ pub(super) async fn known_key(
 }
 
 /// Takes an upload out of the inbox.
-pub(super) async fn leave_inbox(connection: &mut SqliteConnection, key: &UploadKey) -> Result<(), StoreError> {
+pub(super) async fn leave_inbox(connection: &mut Connection, key: &UploadKey) -> Result<(), StoreError> {
     sqlx::query(
         "delete from inbox where operator = $1 and part_number = $2 and serial_number = $3
          and recorded_at = $4 and upload_id = $5",
@@ -363,7 +363,7 @@ pub(super) async fn leave_inbox(connection: &mut SqliteConnection, key: &UploadK
 }
 
 /// Whether any upload of a component waits.
-pub(super) async fn has_waiting(connection: &mut SqliteConnection, component: &Component) -> Result<bool, StoreError> {
+pub(super) async fn has_waiting(connection: &mut Connection, component: &Component) -> Result<bool, StoreError> {
     let (waits,): (bool,) = sqlx::query_as(
         "select exists (select 1 from inbox where operator = $1 and part_number = $2 and serial_number = $3)",
     )

@@ -6,24 +6,23 @@
 use std::{collections::HashMap, ops::Range};
 
 use domain::{Component, OperatorId, Timestamp, UploadId};
-use sqlx::SqliteConnection;
 
 use super::{
-    Sqlite, checkpoints, history, installations, lives, queue,
+    Connection, Engine, checkpoints, history, installations, lives, queue,
     row::{BindKey, UploadKey},
     uploads,
-    writer::Write,
+    write::{Reach, Write},
 };
 use crate::{Retrial, StoreError, UploadState, Voiding};
 
-impl Sqlite {
+impl Engine {
     pub(crate) async fn void_upload(
         &self,
         operator: &OperatorId,
         id: &UploadId,
         now: Timestamp,
     ) -> Result<Option<Voiding>, StoreError> {
-        self.writer.write(Void { operator: operator.clone(), id: id.clone(), voided_at: now }).await
+        self.write(Void { operator: operator.clone(), id: id.clone(), voided_at: now }).await
     }
 
     pub(crate) async fn retry_upload(
@@ -32,7 +31,7 @@ impl Sqlite {
         id: &UploadId,
         now: Timestamp,
     ) -> Result<Option<Retrial>, StoreError> {
-        self.writer.write(Retry { operator: operator.clone(), id: id.clone(), since: now }).await
+        self.write(Retry { operator: operator.clone(), id: id.clone(), since: now }).await
     }
 }
 
@@ -45,7 +44,11 @@ struct Void {
 impl Write for Void {
     type Output = Option<Voiding>;
 
-    async fn apply(&self, connection: &mut SqliteConnection, now: Timestamp) -> Result<Option<Voiding>, StoreError> {
+    fn reach(&self) -> Reach<'_> {
+        Reach::Operator(&self.operator)
+    }
+
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<Option<Voiding>, StoreError> {
         let Some((upload, _)) = uploads::find(connection, &self.operator, &self.id).await? else {
             return Ok(None);
         };
@@ -54,21 +57,17 @@ impl Write for Void {
         if !mark_voided(connection, &key, self.voided_at).await? {
             return Ok(Some(Voiding::AlreadyVoided));
         }
+        queue::revise(connection, &component, now).await?;
         uploads::leave_inbox(connection, &key).await?;
         forget_results(connection, &component, moment(&key)).await?;
         installations::forget(connection, &component, &upload).await?;
         withdraw_if_empty(connection, &component).await?;
-        queue::revise(connection, &component, now).await?;
         Ok(Some(Voiding::Voided))
     }
 }
 
 /// Whether it was not voided before.
-async fn mark_voided(
-    connection: &mut SqliteConnection,
-    key: &UploadKey,
-    voided_at: Timestamp,
-) -> Result<bool, StoreError> {
+async fn mark_voided(connection: &mut Connection, key: &UploadKey, voided_at: Timestamp) -> Result<bool, StoreError> {
     let marked = sqlx::query(
         "insert into voided (operator, part_number, serial_number, recorded_at, upload_id, voided_at)
          values ($1, $2, $3, $4, $5, $6)
@@ -82,7 +81,7 @@ async fn mark_voided(
 }
 
 /// A life of which nothing is left and nothing is to come answers at once like one without history.
-async fn withdraw_if_empty(connection: &mut SqliteConnection, component: &Component) -> Result<(), StoreError> {
+async fn withdraw_if_empty(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
     let Some(pointer) = lives::newest(connection, component).await? else { return Ok(()) };
     let empty = !history::has_counting_estimate(connection, component, pointer).await?
         && !uploads::has_waiting(connection, component).await?;
@@ -103,7 +102,11 @@ struct Retry {
 impl Write for Retry {
     type Output = Option<Retrial>;
 
-    async fn apply(&self, connection: &mut SqliteConnection, now: Timestamp) -> Result<Option<Retrial>, StoreError> {
+    fn reach(&self) -> Reach<'_> {
+        Reach::Operator(&self.operator)
+    }
+
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<Option<Retrial>, StoreError> {
         let Some((upload, _)) = uploads::find(connection, &self.operator, &self.id).await? else {
             return Ok(None);
         };
@@ -133,12 +136,13 @@ fn moment(key: &UploadKey) -> Span<'_> {
 
 /// Sends the uploads of a span that are not voided back into the inbox, without their results.
 pub(super) async fn send_back(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     component: &Component,
     span: Span<'_>,
     since: Timestamp,
     now: Timestamp,
 ) -> Result<(), StoreError> {
+    queue::revise(connection, component, now).await?;
     sqlx::query(
         "insert into inbox (operator, part_number, serial_number, recorded_at, upload_id, since)
          select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, $7
@@ -158,16 +162,11 @@ pub(super) async fn send_back(
     .bind(since.micros())
     .execute(&mut *connection)
     .await?;
-    forget_results(connection, component, span).await?;
-    queue::revise(connection, component, now).await
+    forget_results(connection, component, span).await
 }
 
 /// Removes the estimates of uploads, and that they were set aside.
-async fn forget_results(
-    connection: &mut SqliteConnection,
-    component: &Component,
-    span: Span<'_>,
-) -> Result<(), StoreError> {
+async fn forget_results(connection: &mut Connection, component: &Component, span: Span<'_>) -> Result<(), StoreError> {
     const FORGET: [&str; 3] = [
         "delete from estimates
          where operator = $1 and part_number = $2 and serial_number = $3 and recorded_at >= $4 and recorded_at < $5

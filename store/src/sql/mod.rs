@@ -1,0 +1,34 @@
+//! The SQL that both databases understand: each module holds that of one noun.
+//!
+//! It is compiled once for each database, with that database's types; what differs between them (opening,
+//! writing, leasing, waiting) is in their own folders. A write that changes what a worker may have read
+//! of a component takes the component's row in the queue before it changes anything.
+
+mod aside;
+mod checkpoints;
+mod components;
+mod correct;
+mod digest;
+mod endings;
+mod events;
+mod finished;
+mod history;
+mod ingest;
+mod installations;
+mod lessons;
+mod lives;
+mod models;
+mod priors;
+mod prognoses;
+mod queue;
+mod results;
+mod row;
+mod sensor_configurations;
+mod served;
+mod uploads;
+mod utilisation;
+mod write;
+
+use super::{Arguments, Connection, Database, Engine, LEASE_NEXT};
+
+pub(crate) use write::Write;
