@@ -99,26 +99,39 @@ pub fn date_after(as_of: &AsOf, hours: f64, fh_per_day: f64) -> Option<String> {
     Some(time.split('T').next()?.to_owned())
 }
 
-/// What is installed at a position of the operator that acts.
-pub async fn installed_at(state: &State, tail: &TailNumber, position: &Position) -> Result<Installed, Refusal> {
-    let found = state.store.installed_at(&OperatorId::default(), tail, position).await?;
+/// What is installed at a position.
+pub async fn installed_at(
+    state: &State,
+    operator: &OperatorId,
+    tail: &TailNumber,
+    position: &Position,
+) -> Result<Installed, Refusal> {
+    let found = state.store.installed_at(operator, tail, position).await?;
     found.ok_or_else(|| Refusal::NotFound(format!("nothing is known at position {position} of tail {tail}")))
 }
 
 /// The remaining life at every position of a tail.
-pub async fn tail_ruls(state: &State, tail: &TailNumber, within_fh: Option<&[f64]>) -> Result<Vec<RulBody>, Refusal> {
-    let operator = OperatorId::default();
-    let installed = state.store.installed(&operator, tail).await?;
-    if installed.is_empty() && !state.store.knows_tail(&operator, tail).await? {
+pub async fn tail_ruls(
+    state: &State,
+    operator: &OperatorId,
+    tail: &TailNumber,
+    within_fh: Option<&[f64]>,
+) -> Result<Vec<RulBody>, Refusal> {
+    let installed = state.store.installed(operator, tail).await?;
+    if installed.is_empty() && !state.store.knows_tail(operator, tail).await? {
         return Err(Refusal::NotFound(format!("tail {tail} is not known")));
     }
     Ok(installed.iter().map(|installed| rul(state, installed, within_fh)).collect())
 }
 
 /// One page of tails, from the first after `after`.
-pub async fn tails(state: &State, after: Option<&TailNumber>, limit: u32) -> Result<Page<TailItem>, Refusal> {
-    let operator = OperatorId::default();
-    let mut fleet = state.store.installed_fleet(&operator, after, limit + 1).await?;
+pub async fn tails(
+    state: &State,
+    operator: &OperatorId,
+    after: Option<&TailNumber>,
+    limit: u32,
+) -> Result<Page<TailItem>, Refusal> {
+    let mut fleet = state.store.installed_fleet(operator, after, limit + 1).await?;
     let next_cursor = next_cursor(&mut fleet, limit, |tail| tail.tail.to_string());
     let item = |InstalledTail { tail, installed }: InstalledTail| {
         let bodies: Vec<RulBody> = installed.iter().map(|installed| rul(state, installed, None)).collect();
@@ -134,7 +147,7 @@ pub fn next_cursor<T>(items: &mut Vec<T>, limit: u32, cursor: impl Fn(&T) -> Str
     items.last().filter(|_| more).map(cursor)
 }
 
-/// A component of the operator that acts, if anything is known of it.
+/// A component, if anything is known of it.
 pub async fn known(state: &State, component: Component) -> Result<Component, Refusal> {
     let Component { part_number, serial_number, .. } = &component;
     match state.store.installations(&component).await?.as_slice() {
@@ -183,9 +196,9 @@ pub fn fault_names<'a>(models: &'a [(ContentHash, FaultModel)], model: &ContentH
 }
 
 /// The component that is installed.
-pub fn component(installed: &Installed) -> Component {
+pub fn component(operator: &OperatorId, installed: &Installed) -> Component {
     Component {
-        operator: OperatorId::default(),
+        operator: operator.clone(),
         part_number: installed.part_number.clone(),
         serial_number: installed.serial_number.clone(),
     }

@@ -98,7 +98,7 @@ impl Place {
     }
 }
 
-/// The due list of the operator that acts, in its order.
+/// The due list of an operator, in its order.
 pub struct DueList {
     threshold: Threshold,
     totals: DueTotals,
@@ -107,12 +107,11 @@ pub struct DueList {
 
 impl DueList {
     /// Judges every installed component.
-    pub async fn read(state: &State, threshold: Threshold) -> Result<Self, Refusal> {
+    pub async fn read(state: &State, operator: &OperatorId, threshold: Threshold) -> Result<Self, Refusal> {
         let mut list = Self { threshold, totals: DueTotals::default(), entries: Vec::new() };
-        let operator = OperatorId::default();
         let mut after: Option<TailNumber> = None;
         loop {
-            let tails = state.store.installed_fleet(&operator, after.as_ref(), TAILS_AT_ONCE).await?;
+            let tails = state.store.installed_fleet(operator, after.as_ref(), TAILS_AT_ONCE).await?;
             let last = tails.last().map(|tail| tail.tail.clone());
             let complete = tails.len() < TAILS_AT_ONCE as usize;
             tails.iter().for_each(|tail| list.add(state, tail));

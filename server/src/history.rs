@@ -49,7 +49,7 @@ pub enum History {
     States(Page<StateItem>),
 }
 
-/// One page of the history of a component of the operator that acts.
+/// One page of the history of a component.
 pub async fn history(state: &State, component: &Component, range: &Range, view: View) -> Result<History, Refusal> {
     match view {
         View::Estimates(after) => estimates(state, component, range, after).await.map(History::Estimates),

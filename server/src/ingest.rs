@@ -6,7 +6,7 @@ use domain::{ContentHash, Invalid, OperatorId, Upload, UploadId, metric};
 use proto::json::Ingested;
 use store::{PublishedMask, Receipt};
 
-use crate::{State, app::Shared, refusal::Refusal};
+use crate::{State, app::Shared, auth::Caller, refusal::Refusal};
 
 /// Published masks are accepted for ever, so each is read from the store once.
 #[derive(Default)]
@@ -64,17 +64,19 @@ impl Transport {
     }
 }
 
-/// Stores an upload of the operator that acts; returns `Accepted` or `Duplicate` once it is durable.
+/// Stores an upload; returns `Accepted` or `Duplicate` once it is durable.
 pub async fn ingest(
     shared: &Shared,
+    caller: &Caller,
     transport: Transport,
     upload: Result<Upload, Refusal>,
 ) -> Result<Ingested, Refusal> {
     let outcome = match upload {
-        Ok(upload) => check(shared, upload).await,
+        Ok(upload) => check(shared, caller, upload).await,
         Err(refusal) => Err(refusal),
     };
-    let Kept { status, refusal, .. } = Judged { number: 1, upload_id: None, outcome }.keep(shared, transport).await;
+    let judged = Judged { number: 1, upload_id: None, outcome };
+    let Kept { status, refusal, .. } = judged.keep(shared, transport).await;
     refusal.map_or(Ok(status), Err)
 }
 
@@ -116,25 +118,28 @@ impl Judged {
     }
 }
 
-/// An upload that may be stored.
-pub struct Checked(Upload);
+/// An upload that may be stored, and for whom.
+pub struct Checked {
+    operator: OperatorId,
+    upload: Upload,
+}
 
 /// Checks an upload against its mask, and against what is known where uploads do not enrol.
-pub async fn check(shared: &Shared, upload: Upload) -> Result<Checked, Refusal> {
+pub async fn check(shared: &Shared, caller: &Caller, upload: Upload) -> Result<Checked, Refusal> {
     let Some(published) = shared.masks.get(&shared.state, &upload.mask_id).await? else {
         let detail = format!("mask {} was never published: GET /v1/models names the masks", upload.mask_id);
         return Err(Invalid::one("#/mask_id", detail).into());
     };
     upload.check(&published.mask, published.k_nom)?;
     if !shared.state.enrol {
-        must_be_known(&shared.state, &OperatorId::default(), &upload).await?;
+        must_be_known(&shared.state, caller.operator(), &upload).await?;
     }
-    Ok(Checked(upload))
+    Ok(Checked { operator: caller.operator().clone(), upload })
 }
 
-async fn keep(shared: &Shared, Checked(upload): Checked) -> Result<Ingested, Refusal> {
+async fn keep(shared: &Shared, Checked { operator, upload }: Checked) -> Result<Ingested, Refusal> {
     let upload_id = upload.upload_id.clone();
-    match shared.state.store.accept(&OperatorId::default(), upload, (shared.state.clock)()).await? {
+    match shared.state.store.accept(&operator, upload, (shared.state.clock)()).await? {
         Receipt::Accepted => Ok(Ingested::Accepted),
         Receipt::Duplicate => Ok(Ingested::Duplicate),
         Receipt::Conflict => Err(Refusal::Conflict(upload_id)),

@@ -10,6 +10,7 @@
 
 mod answer;
 mod app;
+mod auth;
 mod csv;
 mod cursor;
 mod due;

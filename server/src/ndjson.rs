@@ -11,6 +11,7 @@ use proto::json::{self, LineResult, UploadBody};
 
 use crate::{
     app::Shared,
+    auth::Caller,
     ingest::{IN_FLIGHT, Judged, Kept, Transport, check},
     refusal::Refusal,
     rest::MAX_UPLOAD_BYTES,
@@ -25,13 +26,13 @@ const SILENCE: Duration = Duration::from_secs(30);
 ///
 /// Lines are checked one after the other and queued in their order, so that of two lines with the
 /// same upload_id the first one counts; only the wait for the disk is shared.
-pub fn results(shared: Shared, tail: TailNumber, body: Body) -> Body {
+pub fn results(shared: Shared, caller: Caller, tail: TailNumber, body: Body) -> Body {
     let reader = Lines::new(body);
     let lines = stream::unfold(reader, |mut reader| async move { Some((reader.next().await?, reader)) });
     let checker = shared.clone();
     let checked = lines.then(move |line| {
-        let (shared, tail) = (checker.clone(), tail.clone());
-        async move { judge(&shared, tail, line).await }
+        let (shared, caller, tail) = (checker.clone(), caller.clone(), tail.clone());
+        async move { judge(&shared, &caller, tail, line).await }
     });
     let results = checked.map(move |judged| {
         let shared = shared.clone();
@@ -46,7 +47,7 @@ fn encode(result: &LineResult) -> Bytes {
     line.into()
 }
 
-async fn judge(shared: &Shared, tail: TailNumber, line: Line) -> Judged {
+async fn judge(shared: &Shared, caller: &Caller, tail: TailNumber, line: Line) -> Judged {
     let refused = |refusal| Judged { number: line.number, upload_id: None, outcome: Err(refusal) };
     let body: UploadBody = match line.text.and_then(|text| Ok(json::parse(&text)?)) {
         Ok(body) => body,
@@ -54,7 +55,7 @@ async fn judge(shared: &Shared, tail: TailNumber, line: Line) -> Judged {
     };
     let upload_id = body.upload_id.parse().ok();
     let outcome = match body.into_upload(tail) {
-        Ok(upload) => check(shared, upload).await,
+        Ok(upload) => check(shared, caller, upload).await,
         Err(invalid) => Err(invalid.into()),
     };
     Judged { number: line.number, upload_id, outcome }

@@ -89,8 +89,8 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// The component of the operator that acts.
-    pub fn component(self) -> Component {
-        Component { operator: OperatorId::default(), part_number: self.part, serial_number: self.serial }
+    /// The component of an operator.
+    pub fn component(self, operator: &OperatorId) -> Component {
+        Component { operator: operator.clone(), part_number: self.part, serial_number: self.serial }
     }
 }

@@ -18,17 +18,16 @@ pub trait Scorer: Send + Sync {
     fn score(&self, lives: &[IssuedLife]) -> Scoreboard;
 }
 
-/// The scoreboard of the operator that acts.
-pub async fn read(state: &State) -> Result<ScoreboardBody, Refusal> {
-    let operator = OperatorId::default();
-    let lives = state.store.issued_on_finished_lives(&operator, EVERY_FH, MAX_LIVES).await?;
+/// The scoreboard of an operator.
+pub async fn read(state: &State, operator: &OperatorId) -> Result<ScoreboardBody, Refusal> {
+    let lives = state.store.issued_on_finished_lives(operator, EVERY_FH, MAX_LIVES).await?;
     let count = lives.len();
     let scoreboard = match count {
         0 => None,
         _ => Some(score(state, lives).await?),
     };
     Ok(ScoreboardBody {
-        operator: operator.into(),
+        operator: operator.to_string(),
         lives: count,
         predictions: scoreboard.as_ref().map_or(0, |scoreboard| scoreboard.predictions),
         every_fh: EVERY_FH,

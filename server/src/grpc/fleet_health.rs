@@ -10,6 +10,7 @@ use tonic::{Request, Response, Status};
 use super::Service;
 use crate::{
     State, answer,
+    auth::Caller,
     due::{self, DueList, Threshold},
     history::{History, Range, View, history},
     parameters::{grpc_hours, grpc_limit, grpc_number, grpc_within},
@@ -22,32 +23,36 @@ impl FleetHealth for Service {
         &self,
         request: Request<v1::ListTailsRequest>,
     ) -> Result<Response<v1::ListTailsResponse>, Status> {
+        let caller = Caller::of(&request)?;
         let v1::ListTailsRequest { limit, cursor } = request.into_inner();
         let limit = grpc_limit(limit)?;
         let after: Option<TailNumber> = match cursor.as_str() {
             "" => None,
             text => Some(text.parse().map_err(|_| not_a_cursor())?),
         };
-        Ok(Response::new(answer::tails(&self.0.state, after.as_ref(), limit).await?.into()))
+        Ok(Response::new(answer::tails(&self.0.state, caller.operator(), after.as_ref(), limit).await?.into()))
     }
 
     async fn get_tail(&self, request: Request<v1::GetTailRequest>) -> Result<Response<v1::TailDetail>, Status> {
+        let caller = Caller::of(&request)?;
         let mut invalid = Invalid::default();
         let tail = invalid.check("#/tail", request.into_inner().tail.parse::<TailNumber>());
         let tail = invalid.into_result(tail).map_err(Refusal::from)?;
-        let ruls = answer::tail_ruls(&self.0.state, &tail, None).await?;
+        let ruls = answer::tail_ruls(&self.0.state, caller.operator(), &tail, None).await?;
         Ok(Response::new(TailBody::new(tail.into(), ruls).into()))
     }
 
     async fn get_rul(&self, request: Request<v1::GetRulRequest>) -> Result<Response<v1::Rul>, Status> {
+        let caller = Caller::of(&request)?;
         let v1::GetRulRequest { tail, position, within_fh } = request.into_inner();
         let (tail, position) = place(&tail, &position)?;
         let within_fh = grpc_within(within_fh)?;
-        let installed = answer::installed_at(&self.0.state, &tail, &position).await?;
+        let installed = answer::installed_at(&self.0.state, caller.operator(), &tail, &position).await?;
         Ok(Response::new(answer::rul(&self.0.state, &installed, within_fh.as_deref()).into()))
     }
 
     async fn list_due(&self, request: Request<v1::ListDueRequest>) -> Result<Response<v1::ListDueResponse>, Status> {
+        let caller = Caller::of(&request)?;
         let v1::ListDueRequest { within_fh, risk, limit, cursor } = request.into_inner();
         let threshold = Threshold::new(
             grpc_number("within_fh", within_fh, due::WITHIN_RULE, due::is_within)?,
@@ -58,7 +63,7 @@ impl FleetHealth for Service {
             "" => None,
             text => Some(due::Place::from_cursor(text).ok_or_else(not_a_cursor)?),
         };
-        let list = DueList::read(&self.0.state, threshold).await?;
+        let list = DueList::read(&self.0.state, caller.operator(), threshold).await?;
         Ok(Response::new(list.page(after.as_ref(), limit).into()))
     }
 
@@ -66,6 +71,7 @@ impl FleetHealth for Service {
         &self,
         request: Request<v1::ListHealthRequest>,
     ) -> Result<Response<v1::ListHealthResponse>, Status> {
+        let caller = Caller::of(&request)?;
         let request = request.into_inner();
         let range = Range {
             from_fh: grpc_hours("from_fh", request.from_fh)?,
@@ -73,7 +79,7 @@ impl FleetHealth for Service {
             limit: grpc_limit(request.limit)?,
         };
         let view = view(&request)?;
-        let component = component(&self.0.state, &request).await?;
+        let component = component(&self.0.state, caller.operator(), &request).await?;
         let page = match history(&self.0.state, &component, &range, view).await? {
             History::Estimates(page) => page.into(),
             History::States(page) => page.into(),
@@ -107,20 +113,24 @@ fn view(request: &v1::ListHealthRequest) -> Result<View, Refusal> {
 }
 
 /// The component that is named by its place, or by itself.
-async fn component(state: &State, request: &v1::ListHealthRequest) -> Result<Component, Refusal> {
+async fn component(
+    state: &State,
+    operator: &OperatorId,
+    request: &v1::ListHealthRequest,
+) -> Result<Component, Refusal> {
     let v1::ListHealthRequest { tail, position, part_number, serial_number, .. } = request;
     let given = |texts: [&String; 2]| texts.iter().any(|text| !text.is_empty());
     match (given([tail, position]), given([part_number, serial_number])) {
         (true, false) => {
             let (tail, position) = place(tail, position)?;
-            Ok(answer::component(&answer::installed_at(state, &tail, &position).await?))
+            Ok(answer::component(operator, &answer::installed_at(state, operator, &tail, &position).await?))
         }
         (false, true) => {
             let mut invalid = Invalid::default();
             let part_number = invalid.check("#/part_number", part_number.parse());
             let serial_number = invalid.check("#/serial_number", serial_number.parse());
             let (part_number, serial_number) = invalid.into_result(part_number.zip(serial_number))?;
-            let component = Component { operator: OperatorId::default(), part_number, serial_number };
+            let component = Component { operator: operator.clone(), part_number, serial_number };
             answer::known(state, component).await
         }
         (false, false) => Err(Refusal::parameter("tail", "name a place, or a component by its numbers")),

@@ -14,6 +14,7 @@ use tonic::{Request, Response, Status, Streaming};
 use super::Service;
 use crate::{
     app::Shared,
+    auth::Caller,
     ingest::{IN_FLIGHT, Judged, Kept, Transport, check, ingest},
     refusal::Refusal,
 };
@@ -21,9 +22,11 @@ use crate::{
 #[tonic::async_trait]
 impl Ingest for Service {
     async fn upload(&self, request: Request<v1::UploadRequest>) -> Result<Response<v1::UploadResponse>, Status> {
+        let caller = Caller::of(&request)?;
         let request = request.into_inner();
         let upload_id = request.upload_id.clone();
-        let status = ingest(&self.0, Transport::Grpc, into_upload(request).map_err(Refusal::from)).await?;
+        let upload = into_upload(request).map_err(Refusal::from);
+        let status = ingest(&self.0, &caller, Transport::Grpc, upload).await?;
         Ok(Response::new(v1::UploadResponse { upload_id, status: wire(status).into() }))
     }
 
@@ -33,7 +36,8 @@ impl Ingest for Service {
         &self,
         request: Request<Streaming<v1::UploadRequest>>,
     ) -> Result<Response<Self::UploadStreamStream>, Status> {
-        Ok(Response::new(acknowledgements(self.0.clone(), request.into_inner()).boxed()))
+        let caller = Caller::of(&request)?;
+        Ok(Response::new(acknowledgements(self.0.clone(), caller, request.into_inner()).boxed()))
     }
 }
 
@@ -54,13 +58,14 @@ fn wire(status: Ingested) -> v1::UploadStatus {
 /// the service stops, what was read is acknowledged, and the stream ends as unavailable.
 fn acknowledgements(
     shared: Shared,
+    caller: Caller,
     messages: Streaming<v1::UploadRequest>,
 ) -> impl Stream<Item = Result<v1::UploadAck, Status>> {
     let stopping = shared.stopping.clone();
     let checker = shared.clone();
     let judged = messages.take_until(stopping.clone().cancelled_owned()).enumerate().then(move |(i, message)| {
-        let shared = checker.clone();
-        async move { Ok::<_, Status>(judge(&shared, i as u64 + 1, message?).await) }
+        let (shared, caller) = (checker.clone(), caller.clone());
+        async move { Ok::<_, Status>(judge(&shared, &caller, i as u64 + 1, message?).await) }
     });
     let acks = judged.map(move |judged| {
         let shared = shared.clone();
@@ -73,10 +78,10 @@ fn acknowledgements(
     acks.buffered(IN_FLIGHT).chain(farewell)
 }
 
-async fn judge(shared: &Shared, number: u64, message: v1::UploadRequest) -> Judged {
+async fn judge(shared: &Shared, caller: &Caller, number: u64, message: v1::UploadRequest) -> Judged {
     let upload_id = message.upload_id.parse().ok();
     let outcome = match into_upload(message) {
-        Ok(upload) => check(shared, upload).await,
+        Ok(upload) => check(shared, caller, upload).await,
         Err(invalid) => Err(invalid.into()),
     };
     Judged { number, upload_id, outcome }

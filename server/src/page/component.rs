@@ -11,7 +11,7 @@ use super::{
     reasons::{Reasons, Warning},
     words::{Badge, grouped, hours},
 };
-use crate::{answer, app::Shared, parameters::Named, refusal::Refusal, rest::Place};
+use crate::{answer, app::Shared, auth::Caller, parameters::Named, refusal::Refusal, rest::Place};
 
 /// Blocks on a chart: 20,000 flight hours.
 const MAX_BLOCKS: u32 = 1000;
@@ -38,13 +38,17 @@ struct ComponentPage {
 }
 
 /// `GET /tails/{tail}/positions/{position}`
-pub async fn get(Extract(shared): Extract<Shared>, Named(place): Named<Place>) -> Result<Response, Refusal> {
+pub async fn get(
+    Extract(shared): Extract<Shared>,
+    caller: Caller,
+    Named(place): Named<Place>,
+) -> Result<Response, Refusal> {
     let state = &shared.state;
-    let installed = answer::installed_at(state, &place.tail, &place.position).await?;
+    let installed = answer::installed_at(state, caller.operator(), &place.tail, &place.position).await?;
     let body = answer::rul(state, &installed, None);
     let hours_now = installed.prognosis.as_ref().map_or(0.0, |prognosis| prognosis.as_of.flight_hours);
     let from_fh = hours_now - f64::from(MAX_BLOCKS) * domain::state::BLOCK_FH;
-    let component = answer::component(&installed);
+    let component = answer::component(caller.operator(), &installed);
     let blocks = state.store.states(&component, Some(from_fh.max(0.0)), None, None, MAX_BLOCKS).await?;
     let models = answer::fault_models(state).await?;
     let model = installed.prognosis.as_ref().map(|prognosis| prognosis.model);

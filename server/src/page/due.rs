@@ -15,6 +15,7 @@ use super::{
 };
 use crate::{
     app::Shared,
+    auth::Caller,
     due::{DueList, Threshold},
     parameters::Pairs,
     refusal::Refusal,
@@ -64,7 +65,12 @@ struct Row {
 }
 
 /// `GET /due`
-pub async fn get(Extract(shared): Extract<Shared>, uri: Uri, pairs: Pairs) -> Result<Response, Refusal> {
+pub async fn get(
+    Extract(shared): Extract<Shared>,
+    caller: Caller,
+    uri: Uri,
+    pairs: Pairs,
+) -> Result<Response, Refusal> {
     let now = (shared.state.clock)();
     let mut parameters = pairs.read(&["within_fh", "risk"]);
     let threshold = rest::threshold(&mut parameters);
@@ -72,7 +78,7 @@ pub async fn get(Extract(shared): Extract<Shared>, uri: Uri, pairs: Pairs) -> Re
         let page = html(&DuePage::refused(now, refusal.to_string()))?;
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
-    let body = DueList::read(&shared.state, threshold).await?.page(None, MAX_ROWS);
+    let body = DueList::read(&shared.state, caller.operator(), threshold).await?.page(None, MAX_ROWS);
     let query = uri.query().filter(|query| !query.is_empty()).map(|query| format!("&{query}")).unwrap_or_default();
     html(&DuePage::new(now, body, format!("/v1/fleet/due?format=csv{query}")))
 }

@@ -2,14 +2,14 @@
 
 use askama::Template;
 use axum::{extract::State as Extract, response::Response};
-use domain::{OperatorId, Timestamp};
+use domain::Timestamp;
 use proto::json::RulBody;
 
 use super::{
     html,
     words::{Badge, grouped, hours},
 };
-use crate::{answer, app::Shared, refusal::Refusal};
+use crate::{answer, app::Shared, auth::Caller, refusal::Refusal};
 
 /// Tails on the page; the rest is told over REST.
 const MAX_TAILS: u32 = 500;
@@ -39,9 +39,9 @@ struct Row {
 }
 
 /// `GET /`
-pub async fn get(Extract(shared): Extract<Shared>) -> Result<Response, Refusal> {
-    let (state, operator) = (&shared.state, OperatorId::default());
-    let mut fleet = state.store.installed_fleet(&operator, None, MAX_TAILS + 1).await?;
+pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Response, Refusal> {
+    let state = &shared.state;
+    let mut fleet = state.store.installed_fleet(caller.operator(), None, MAX_TAILS + 1).await?;
     let more = fleet.len() > MAX_TAILS as usize;
     fleet.truncate(MAX_TAILS as usize);
     let installed = fleet.iter().flat_map(|tail| &tail.installed);

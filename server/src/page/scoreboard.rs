@@ -12,7 +12,7 @@ use super::{
     html,
     words::{grouped, percent},
 };
-use crate::{app::Shared, refusal::Refusal, scoreboard};
+use crate::{app::Shared, auth::Caller, refusal::Refusal, scoreboard};
 
 /// With fewer lives the figures say little yet.
 const FEW_LIVES: usize = 30;
@@ -37,8 +37,9 @@ struct Verdict {
 }
 
 /// `GET /scoreboard`
-pub async fn get(Extract(shared): Extract<Shared>) -> Result<Response, Refusal> {
-    let ScoreboardBody { lives, predictions, every_fh, scoreboard, .. } = scoreboard::read(&shared.state).await?;
+pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Response, Refusal> {
+    let board = scoreboard::read(&shared.state, caller.operator()).await?;
+    let ScoreboardBody { lives, predictions, every_fh, scoreboard, .. } = board;
     html(&ScoreboardPage {
         lives,
         predictions,

@@ -6,7 +6,7 @@ use proto::json::{AsOfBody, ComponentBody, InstallationItem, LifeItem};
 use store::{ComponentRecord, EventRecord, Installation, LifeCursor, LifeRecord};
 
 use super::{Unit, maintenance, problems::Lookup};
-use crate::{app::Shared, parameters::Named, refusal::Refusal};
+use crate::{app::Shared, auth::Caller, parameters::Named, refusal::Refusal};
 
 /// A component: where it was installed, its lives, and what maintenance found.
 #[utoipa::path(
@@ -17,8 +17,12 @@ use crate::{app::Shared, parameters::Named, refusal::Refusal};
     ),
     responses((status = 200, description = "The component", body = ComponentBody), Lookup)
 )]
-pub async fn get(Extract(shared): Extract<Shared>, Named(unit): Named<Unit>) -> Result<Json<ComponentBody>, Refusal> {
-    let component = unit.component();
+pub async fn get(
+    Extract(shared): Extract<Shared>,
+    caller: Caller,
+    Named(unit): Named<Unit>,
+) -> Result<Json<ComponentBody>, Refusal> {
+    let component = unit.component(caller.operator());
     let Component { part_number, serial_number, .. } = &component;
     let unknown = || Refusal::NotFound(format!("component {part_number} {serial_number} is not known"));
     let record = shared.state.store.component(&component).await?.ok_or_else(unknown)?;

@@ -14,6 +14,7 @@ use proto::json::{DueBody, DueItem};
 use super::problems::Listing;
 use crate::{
     app::Shared,
+    auth::Caller,
     csv,
     due::{self, DueList, Place, Threshold},
     parameters::{Pairs, Parameters},
@@ -67,7 +68,12 @@ const COLUMNS: [&str; 20] = [
         Listing,
     )
 )]
-pub async fn get(Extract(shared): Extract<Shared>, headers: HeaderMap, pairs: Pairs) -> Result<Response, Refusal> {
+pub async fn get(
+    Extract(shared): Extract<Shared>,
+    caller: Caller,
+    headers: HeaderMap,
+    pairs: Pairs,
+) -> Result<Response, Refusal> {
     let mut parameters = pairs.read(&["within_fh", "risk", "limit", "cursor", "format"]);
     let threshold = threshold(&mut parameters);
     let asked = parameters.parsed("format", "json or csv", |text| match text {
@@ -82,7 +88,7 @@ pub async fn get(Extract(shared): Extract<Shared>, headers: HeaderMap, pairs: Pa
     let limit = parameters.limit();
     let after = parameters.parsed("cursor", "a cursor of this collection", Place::from_cursor);
     parameters.finish()?;
-    let list = DueList::read(&shared.state, threshold).await?;
+    let list = DueList::read(&shared.state, caller.operator(), threshold).await?;
     let varies = (VARY, ACCEPT.as_str());
     if !as_csv {
         return Ok(([varies], Json(list.page(after.as_ref(), limit))).into_response());

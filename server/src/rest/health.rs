@@ -13,6 +13,7 @@ use super::{Place, Unit, problems::Lookup};
 use crate::{
     answer,
     app::Shared,
+    auth::Caller,
     history::{History, Range, View, history},
     parameters::{Named, Pairs},
     refusal::Refusal,
@@ -52,12 +53,13 @@ pub enum HealthBody {
 )]
 pub async fn get(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(place): Named<Place>,
     pairs: Pairs,
 ) -> Result<Response, Refusal> {
     let (range, view) = read(pairs)?;
-    let installed = answer::installed_at(&shared.state, &place.tail, &place.position).await?;
-    page(&shared, &answer::component(&installed), &range, view).await
+    let installed = answer::installed_at(&shared.state, caller.operator(), &place.tail, &place.position).await?;
+    page(&shared, &answer::component(caller.operator(), &installed), &range, view).await
 }
 
 /// The history of the present life of a component, in the order of the life, wherever it was installed.
@@ -79,11 +81,12 @@ pub async fn get(
 )]
 pub async fn of_component(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(unit): Named<Unit>,
     pairs: Pairs,
 ) -> Result<Response, Refusal> {
     let (range, view) = read(pairs)?;
-    let component = answer::known(&shared.state, unit.component()).await?;
+    let component = answer::known(&shared.state, unit.component(caller.operator())).await?;
     page(&shared, &component, &range, view).await
 }
 

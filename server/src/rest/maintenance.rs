@@ -16,7 +16,7 @@ use super::{
     body::{JSON, media_type, read},
     problems::{Lookup, Reporting},
 };
-use crate::{State, app::Shared, parameters::Named, refusal::Refusal};
+use crate::{State, app::Shared, auth::Caller, parameters::Named, refusal::Refusal};
 
 /// How far hours and times of uploads and events may differ: mechanics round, and name days.
 const SLACK_H: f64 = 24.0;
@@ -52,6 +52,7 @@ pub struct One {
 )]
 pub async fn post(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(Place { tail, position }): Named<Place>,
     request: Request,
 ) -> Result<Response, Refusal> {
@@ -60,7 +61,7 @@ pub async fn post(
     let body: MaintenanceBody = json::parse(&read(&parts.headers, body).await?)?;
     let now = (shared.state.clock)();
     let event = body.into_event(tail, position, now)?;
-    let (code, status) = match shared.state.store.record_event(&OperatorId::default(), &event, now).await? {
+    let (code, status) = match shared.state.store.record_event(caller.operator(), &event, now).await? {
         EventReceipt::Recorded => (StatusCode::CREATED, MaintenanceStatus::Recorded),
         EventReceipt::Duplicate => (StatusCode::OK, MaintenanceStatus::Duplicate),
         EventReceipt::Conflict => return Err(conflict(&event)),
@@ -69,14 +70,18 @@ pub async fn post(
             return Err(Refusal::NotFound(format!("component {part_number} {serial_number} is not known")));
         }
     };
-    let warning = contradiction(&shared.state, &event).await?;
+    let warning = contradiction(&shared.state, caller.operator(), &event).await?;
     Ok((code, Json(MaintenanceAck { event_id: event.event_id.into(), status, warning })).into_response())
 }
 
 /// How an event contradicts the newest upload of its component: time only goes on, and no component flies longer
 /// than time passes.
-async fn contradiction(state: &State, event: &MaintenanceEvent) -> Result<Option<String>, Refusal> {
-    let record = state.store.component(&event.component(&OperatorId::default())).await?;
+async fn contradiction(
+    state: &State,
+    operator: &OperatorId,
+    event: &MaintenanceEvent,
+) -> Result<Option<String>, Refusal> {
+    let record = state.store.component(&event.component(operator)).await?;
     let newest = record.and_then(|record| record.lives.into_iter().rev().find_map(|life| life.last));
     Ok(newest.and_then(|newest| {
         let passed_h = event.occurred_at.hours_since(newest.recorded_at);
@@ -110,16 +115,20 @@ fn conflict(event: &MaintenanceEvent) -> Refusal {
     ),
     responses((status = 200, description = "It is voided", body = EventItem), Lookup)
 )]
-pub async fn void(Extract(shared): Extract<Shared>, Named(one): Named<One>) -> Result<Json<EventItem>, Refusal> {
-    let (state, operator) = (&shared.state, OperatorId::default());
-    find(state, &one).await?;
-    state.store.void_event(&operator, &one.event_id, (state.clock)()).await?;
-    Ok(Json(item(find(state, &one).await?)))
+pub async fn void(
+    Extract(shared): Extract<Shared>,
+    caller: Caller,
+    Named(one): Named<One>,
+) -> Result<Json<EventItem>, Refusal> {
+    let (state, operator) = (&shared.state, caller.operator());
+    find(state, operator, &one).await?;
+    state.store.void_event(operator, &one.event_id, (state.clock)()).await?;
+    Ok(Json(item(find(state, operator, &one).await?)))
 }
 
 /// The event, if it was reported at this position.
-async fn find(state: &State, one: &One) -> Result<EventRecord, Refusal> {
-    let found = state.store.event(&OperatorId::default(), &one.event_id).await?;
+async fn find(state: &State, operator: &OperatorId, one: &One) -> Result<EventRecord, Refusal> {
+    let found = state.store.event(operator, &one.event_id).await?;
     let here = found.filter(|record| record.event.tail == one.tail && record.event.position == one.position);
     here.ok_or_else(|| {
         let One { tail, position, event_id } = one;

@@ -4,7 +4,7 @@ use axum::{Json, extract::State as Extract};
 use proto::json::ScoreboardBody;
 
 use super::problems::Listing;
-use crate::{app::Shared, parameters::Pairs, refusal::Refusal, scoreboard};
+use crate::{app::Shared, auth::Caller, parameters::Pairs, refusal::Refusal, scoreboard};
 
 /// Prognostic metrics of the prognoses that were issued on lives that have finished since.
 ///
@@ -14,7 +14,11 @@ use crate::{app::Shared, parameters::Pairs, refusal::Refusal, scoreboard};
     get, path = "/v1/fleet/scoreboard", tag = "fleet", operation_id = "getScoreboard",
     responses((status = 200, description = "The metrics, null until a life has finished", body = ScoreboardBody), Listing)
 )]
-pub async fn get(Extract(shared): Extract<Shared>, pairs: Pairs) -> Result<Json<ScoreboardBody>, Refusal> {
+pub async fn get(
+    Extract(shared): Extract<Shared>,
+    caller: Caller,
+    pairs: Pairs,
+) -> Result<Json<ScoreboardBody>, Refusal> {
     pairs.read(&[]).finish()?;
-    Ok(Json(scoreboard::read(&shared.state).await?))
+    Ok(Json(scoreboard::read(&shared.state, caller.operator()).await?))
 }

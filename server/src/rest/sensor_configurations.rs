@@ -17,7 +17,7 @@ use super::{
     body::{JSON, media_type, read},
     problems::{Dating, Lookup},
 };
-use crate::{State, app::Shared, parameters::Named, refusal::Refusal};
+use crate::{State, app::Shared, auth::Caller, parameters::Named, refusal::Refusal};
 
 /// The sensor configurations of a tail, by the time from which they are in force.
 ///
@@ -30,11 +30,12 @@ use crate::{State, app::Shared, parameters::Named, refusal::Refusal};
 )]
 pub async fn list(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(Tail { tail }): Named<Tail>,
 ) -> Result<Json<Page<SensorConfigurationItem>>, Refusal> {
-    let configurations = shared.state.store.sensor_configurations(&OperatorId::default(), &tail).await?;
+    let configurations = shared.state.store.sensor_configurations(caller.operator(), &tail).await?;
     if configurations.is_empty() {
-        must_be_known(&shared.state, &tail).await?;
+        must_be_known(&shared.state, caller.operator(), &tail).await?;
     }
     Ok(Json(Page { items: configurations.into_iter().map(item).collect(), next_cursor: None }))
 }
@@ -65,6 +66,7 @@ fn item(version: TailConfiguration) -> SensorConfigurationItem {
 )]
 pub async fn post(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(Tail { tail }): Named<Tail>,
     request: Request,
 ) -> Result<Response, Refusal> {
@@ -74,10 +76,10 @@ pub async fn post(
     let (effective_from, configuration) = body.checked()?;
     let state = &shared.state;
     if !state.enrol {
-        must_be_known(state, &tail).await?;
+        must_be_known(state, caller.operator(), &tail).await?;
     }
-    let (operator, now) = (OperatorId::default(), (state.clock)());
-    let added = state.store.add_sensor_configuration(&operator, &tail, effective_from, &configuration, now).await?;
+    let (operator, now) = (caller.operator(), (state.clock)());
+    let added = state.store.add_sensor_configuration(operator, &tail, effective_from, &configuration, now).await?;
     let (code, status) = match added {
         Addition::Added => (StatusCode::CREATED, SensorConfigurationStatus::Added),
         Addition::Duplicate => (StatusCode::OK, SensorConfigurationStatus::Duplicate),
@@ -92,8 +94,8 @@ pub async fn post(
     Ok((code, Json(SensorConfigurationAck { hash, effective_from: effective_from.into(), status })).into_response())
 }
 
-async fn must_be_known(state: &State, tail: &TailNumber) -> Result<(), Refusal> {
-    match state.store.knows_tail(&OperatorId::default(), tail).await? {
+async fn must_be_known(state: &State, operator: &OperatorId, tail: &TailNumber) -> Result<(), Refusal> {
+    match state.store.knows_tail(operator, tail).await? {
         true => Ok(()),
         false => Err(Refusal::NotFound(format!("tail {tail} is not known"))),
     }

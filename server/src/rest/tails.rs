@@ -10,6 +10,7 @@ use super::{
 use crate::{
     answer,
     app::Shared,
+    auth::Caller,
     parameters::{Named, Pairs},
     refusal::Refusal,
 };
@@ -26,12 +27,16 @@ use crate::{
         Listing,
     )
 )]
-pub async fn list(Extract(shared): Extract<Shared>, pairs: Pairs) -> Result<Json<Page<TailItem>>, Refusal> {
+pub async fn list(
+    Extract(shared): Extract<Shared>,
+    caller: Caller,
+    pairs: Pairs,
+) -> Result<Json<Page<TailItem>>, Refusal> {
     let mut parameters = pairs.read(&["limit", "cursor"]);
     let limit = parameters.limit();
     let after = parameters.parsed("cursor", "a cursor of this collection", |text| text.parse().ok());
     parameters.finish()?;
-    Ok(Json(answer::tails(&shared.state, after.as_ref(), limit).await?))
+    Ok(Json(answer::tails(&shared.state, caller.operator(), after.as_ref(), limit).await?))
 }
 
 /// A tail: its positions, their components and latest prognoses.
@@ -45,9 +50,10 @@ pub async fn list(Extract(shared): Extract<Shared>, pairs: Pairs) -> Result<Json
 )]
 pub async fn get(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(Tail { tail }): Named<Tail>,
 ) -> Result<Json<TailBody>, Refusal> {
-    let ruls = answer::tail_ruls(&shared.state, &tail, None).await?;
+    let ruls = answer::tail_ruls(&shared.state, caller.operator(), &tail, None).await?;
     Ok(Json(TailBody::new(tail.into(), ruls)))
 }
 
@@ -65,11 +71,12 @@ pub async fn get(
 )]
 pub async fn ruls(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(Tail { tail }): Named<Tail>,
     pairs: Pairs,
 ) -> Result<Json<Page<RulBody>>, Refusal> {
     let within_fh = within(pairs)?;
-    let items = answer::tail_ruls(&shared.state, &tail, within_fh.as_deref()).await?;
+    let items = answer::tail_ruls(&shared.state, caller.operator(), &tail, within_fh.as_deref()).await?;
     Ok(Json(Page { items, next_cursor: None }))
 }
 
@@ -88,11 +95,12 @@ pub async fn ruls(
 )]
 pub async fn rul(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(place): Named<Place>,
     pairs: Pairs,
 ) -> Result<Json<RulBody>, Refusal> {
     let within_fh = within(pairs)?;
-    let installed = answer::installed_at(&shared.state, &place.tail, &place.position).await?;
+    let installed = answer::installed_at(&shared.state, caller.operator(), &place.tail, &place.position).await?;
     Ok(Json(answer::rul(&shared.state, &installed, within_fh.as_deref())))
 }
 

@@ -1,7 +1,7 @@
 //! What became of uploads, and what their operator decides about them.
 
 use axum::{Json, extract::State as Extract};
-use domain::{ContentHash, FaultModel, OperatorId, UploadId};
+use domain::{ContentHash, FaultModel, UploadId};
 use proto::json::{HealthItem, Page, UploadState, UploadStatusBody};
 use serde::Deserialize;
 use store::{Retrial, UploadRecord, UploadStateKind};
@@ -11,6 +11,7 @@ use crate::{
     State,
     answer::{fault_models, fault_names, next_cursor},
     app::Shared,
+    auth::Caller,
     parameters::{Named, Pairs},
     refusal::Refusal,
 };
@@ -29,9 +30,10 @@ pub struct One {
 )]
 pub async fn get(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(One { upload_id }): Named<One>,
 ) -> Result<Json<UploadStatusBody>, Refusal> {
-    read(&shared.state, &upload_id).await
+    read(&shared.state, &caller, &upload_id).await
 }
 
 /// Uploads in one state, by component and then by the time of recording.
@@ -44,7 +46,11 @@ pub async fn get(
     ),
     responses((status = 200, description = "One page", body = Page<UploadStatusBody>), Listing)
 )]
-pub async fn list(Extract(shared): Extract<Shared>, pairs: Pairs) -> Result<Json<Page<UploadStatusBody>>, Refusal> {
+pub async fn list(
+    Extract(shared): Extract<Shared>,
+    caller: Caller,
+    pairs: Pairs,
+) -> Result<Json<Page<UploadStatusBody>>, Refusal> {
     let mut parameters = pairs.read(&["state", "limit", "cursor"]);
     let state = parameters.required("state", "pending, processed, set_aside or voided", |text| match text {
         "pending" => Some(UploadStateKind::Pending),
@@ -57,7 +63,7 @@ pub async fn list(Extract(shared): Extract<Shared>, pairs: Pairs) -> Result<Json
     let after = parameters.parsed("cursor", "a cursor of this collection", |text| text.parse().ok());
     let state = parameters.finish_with(state)?;
     let store = &shared.state.store;
-    let mut records = store.uploads(&OperatorId::default(), state, after.as_ref(), limit + 1).await?;
+    let mut records = store.uploads(caller.operator(), state, after.as_ref(), limit + 1).await?;
     let next_cursor = next_cursor(&mut records, limit, |record| record.upload.upload_id.to_string());
     let models = fault_models(&shared.state).await?;
     Ok(Json(Page { items: records.into_iter().map(|record| body(record, &models)).collect(), next_cursor }))
@@ -73,12 +79,13 @@ pub async fn list(Extract(shared): Extract<Shared>, pairs: Pairs) -> Result<Json
 )]
 pub async fn void(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(One { upload_id }): Named<One>,
 ) -> Result<Json<UploadStatusBody>, Refusal> {
     let now = (shared.state.clock)();
-    let voiding = shared.state.store.void_upload(&OperatorId::default(), &upload_id, now).await?;
+    let voiding = shared.state.store.void_upload(caller.operator(), &upload_id, now).await?;
     voiding.ok_or_else(|| unknown(&upload_id))?;
-    read(&shared.state, &upload_id).await
+    read(&shared.state, &caller, &upload_id).await
 }
 
 /// Let an upload that is set aside be tried again, as after a correction of its neighbours.
@@ -89,12 +96,13 @@ pub async fn void(
 )]
 pub async fn retry(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(One { upload_id }): Named<One>,
 ) -> Result<Json<UploadStatusBody>, Refusal> {
     let now = (shared.state.clock)();
-    let retrial = shared.state.store.retry_upload(&OperatorId::default(), &upload_id, now).await?;
+    let retrial = shared.state.store.retry_upload(caller.operator(), &upload_id, now).await?;
     match retrial.ok_or_else(|| unknown(&upload_id))? {
-        Retrial::Retried => read(&shared.state, &upload_id).await,
+        Retrial::Retried => read(&shared.state, &caller, &upload_id).await,
         Retrial::NotSetAside { state } => {
             let words = match state.kind() {
                 UploadStateKind::Pending => "it waits for a worker already",
@@ -107,8 +115,8 @@ pub async fn retry(
     }
 }
 
-async fn read(state: &State, upload_id: &UploadId) -> Result<Json<UploadStatusBody>, Refusal> {
-    let found = state.store.upload(&OperatorId::default(), upload_id).await?;
+async fn read(state: &State, caller: &Caller, upload_id: &UploadId) -> Result<Json<UploadStatusBody>, Refusal> {
+    let found = state.store.upload(caller.operator(), upload_id).await?;
     let record = found.ok_or_else(|| unknown(upload_id))?;
     Ok(Json(body(record, &fault_models(state).await?)))
 }

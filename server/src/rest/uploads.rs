@@ -16,6 +16,7 @@ use super::{
 };
 use crate::{
     app::Shared,
+    auth::Caller,
     ingest::{Transport, ingest},
     ndjson,
     parameters::Named,
@@ -45,12 +46,13 @@ use crate::{
 )]
 pub async fn post(
     Extract(shared): Extract<Shared>,
+    caller: Caller,
     Named(Tail { tail }): Named<Tail>,
     request: Request,
 ) -> Result<Response, Refusal> {
     let (parts, body) = request.into_parts();
     if media_type(&parts.headers, &[JSON, NDJSON], "application/json or application/x-ndjson")? == NDJSON {
-        let results = ndjson::results(shared, tail, body);
+        let results = ndjson::results(shared, caller, tail, body);
         return Ok(([(CONTENT_TYPE, NDJSON)], results).into_response());
     }
     let upload = match read(&parts.headers, body).await {
@@ -58,7 +60,7 @@ pub async fn post(
         Err(refusal) => Err(refusal),
     };
     let upload_id = upload.as_ref().map(|upload| upload.upload_id.to_string()).unwrap_or_default();
-    let status = ingest(&shared, Transport::Rest, upload).await?;
+    let status = ingest(&shared, &caller, Transport::Rest, upload).await?;
     let code = if status == Ingested::Accepted { StatusCode::ACCEPTED } else { StatusCode::OK };
     Ok((code, Json(UploadAck { upload_id, status })).into_response())
 }
