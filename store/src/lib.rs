@@ -25,6 +25,7 @@ mod sensor_configuration;
 mod sqlite;
 mod store;
 mod upload;
+mod verification;
 mod work;
 
 pub use checkpoint::Checkpoint;
@@ -42,4 +43,5 @@ pub use prior::PriorRecord;
 pub use sensor_configuration::{Addition, TailConfiguration};
 pub use store::Store;
 pub use upload::{Receipt, Retrial, UploadRecord, UploadState, UploadStateKind, Voiding};
+pub use verification::{DamagedRow, Verification};
 pub use work::{Completion, Generation, Lease, LifeInputs, LifeResults, Unestimated, WorkFigures};

@@ -11,7 +11,7 @@ use crate::{
     Addition, BundleRecord, Checkpoint, Completion, ComponentRecord, Digest, EventReceipt, EventRecord, FinishedLife,
     Installation, Installed, InstalledTail, IssuedLife, Lease, Lesson, LifeCursor, LifeInputs, LifeResults, Options,
     PriorRecord, PublishedMask, Receipt, Retrial, StoreError, TailConfiguration, UploadRecord, UploadStateKind,
-    Voiding, WorkFigures, sqlite,
+    Verification, Voiding, WorkFigures, sqlite,
 };
 
 /// A database of the service. Clones share it.
@@ -41,9 +41,8 @@ impl Store {
         Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
     }
 
-    /// Opens an existing database for reading while nobody else has it open; nothing is migrated or
-    /// written. [`StoreError::Locked`] names the process that owns the file; writes are refused with
-    /// [`StoreError::ReadOnly`].
+    /// Opens an existing database for reading, beside the process that owns it or without one; nothing is
+    /// migrated or written, and writes are refused with [`StoreError::ReadOnly`].
     pub async fn open_read_only(url: &str) -> Result<Self, StoreError> {
         let sqlite = sqlite::Engine::open_read_only(url).await?;
         Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
@@ -296,6 +295,18 @@ impl Store {
     /// The digest of all estimates and states.
     pub async fn digest(&self) -> Result<Digest, StoreError> {
         backend!(self, digest())
+    }
+
+    /// Compares every row that carries a checksum with it, over all operators. Damaged rows are part of the
+    /// answer; an error is what keeps the rows from being read at all.
+    pub async fn verify(&self) -> Result<Verification, StoreError> {
+        backend!(self, verify())
+    }
+
+    /// The same of those tables from which all others can be made anew: bundles, masks, priors, uploads,
+    /// events and sensor configurations.
+    pub async fn verify_sources(&self) -> Result<Verification, StoreError> {
+        backend!(self, verify_sources())
     }
 
     /// Tails of an operator in alphabetical order, from the first one after `after`.

@@ -1,15 +1,18 @@
 //! `actuary verify`: whether what a database holds can be read, and the digest by which two are compared.
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use clap::Args;
-use store::{Store, StoreError};
+use store::{Store, StoreError, Verification};
 
 use crate::exit::Failure;
 
-/// Read every result in a database that no service has open, and check it against its checksum.
+/// Read every row that carries a checksum and compare it; name the damaged ones. A running service is not
+/// disturbed.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  actuary verify --digest --database-url sqlite:fleet.sqlite\n\n\
-    Two databases that were sent the same uploads have the same digest, whatever the order.")]
+    Two databases that were sent the same uploads have the same digest once nothing is pending, whatever\n\
+    the order. Exit code 1 when a row is damaged: actuary rebuild makes results anew, actuary restore\n\
+    brings back the rest.")]
 pub struct Arguments {
     /// The database.
     #[arg(long, env = "ACTUARY_DATABASE_URL", default_value = "sqlite:actuary.sqlite")]
@@ -25,16 +28,36 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let url = &arguments.database_url;
         let refuse = |error: StoreError| Failure::BadInput(format!("{url}: {error}"));
         let store = Store::open_read_only(url).await.map_err(refuse)?;
-        let held = store.digest().await?;
-        let pending = store.pending().await?;
+        let checked = check(&store, arguments.digest).await;
         store.close().await;
-        if arguments.digest {
-            println!("{}", held.digest);
-        }
-        println!(
-            "{} estimates and {} states of {} lives; {pending} uploads pending",
-            held.estimates, held.states, held.lives
-        );
-        Ok(())
+        checked
     })
+}
+
+/// Prints what is held and what is damaged of it; damage is a failure.
+async fn check(store: &Store, digest: bool) -> Result<()> {
+    let found = store.verify().await?;
+    undamaged(&found)?;
+    let held = store.digest().await?;
+    let pending = store.pending().await?;
+    if digest {
+        println!("{}", held.digest);
+    }
+    println!(
+        "{} estimates and {} states of {} lives; {pending} uploads pending",
+        held.estimates, held.states, held.lives
+    );
+    println!("{} rows match their checksums", found.rows());
+    Ok(())
+}
+
+/// Names damaged rows, one a line; any is a failure.
+pub fn undamaged(found: &Verification) -> Result<()> {
+    for row in &found.damaged {
+        println!("damaged: {}: {}: {}", row.table, row.row, row.detail);
+    }
+    match found.damaged.len() {
+        0 => Ok(()),
+        damaged => Err(anyhow!("{damaged} of {} rows are damaged", found.rows())),
+    }
 }

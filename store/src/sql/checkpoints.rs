@@ -7,9 +7,9 @@ use domain::{Component, ContentHash};
 use super::{
     Connection, Engine,
     lives::LifePointer,
-    row::{BindKey, checksum, verify},
+    row::{BindKey, ComponentColumns, checksum, hash, verify},
 };
-use crate::{Checkpoint, StoreError};
+use crate::{Checkpoint, StoreError, Verification};
 
 const CHECKPOINTS: &str = "checkpoints";
 
@@ -187,4 +187,28 @@ async fn thin_out(connection: &mut Connection, component: &Component, pointer: L
     .execute(connection)
     .await?;
     Ok(())
+}
+
+#[derive(sqlx::FromRow)]
+struct CheckpointRow {
+    #[sqlx(flatten)]
+    key: ComponentColumns,
+    block: i64,
+    digest: Vec<u8>,
+    checksum: Vec<u8>,
+    body: Vec<u8>,
+}
+
+impl CheckpointRow {
+    fn check(self) -> Result<(), StoreError> {
+        let (component, digest) = (self.key.component(CHECKPOINTS)?, hash(CHECKPOINTS, &self.digest)?);
+        verify(&name(&component, self.block, &digest), &self.body, &self.checksum)
+    }
+}
+
+/// Checks every checkpoint: a damaged one costs time only, but shows that something damages rows.
+pub(super) async fn verify_all(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
+    let sql = "select operator, part_number, serial_number, block, digest, checksum, body from checkpoints
+               order by operator, part_number, serial_number, overhaul_index, generation, block";
+    super::verify::each(connection, CHECKPOINTS, sql, found, CheckpointRow::check).await
 }

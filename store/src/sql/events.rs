@@ -9,9 +9,10 @@ use domain::{Component, EventId, EventKind, Finding, MaintenanceEvent, OperatorI
 use super::{
     Connection, Engine, lives,
     row::{BindKey, ComponentColumns, checksum, decode, encode, hours_column, parse},
+    verify,
     write::{Reach, Write},
 };
-use crate::{EventReceipt, EventRecord, StoreError, Voiding};
+use crate::{EventReceipt, EventRecord, StoreError, Verification, Voiding};
 
 const EVENTS: &str = "maintenance_events";
 const FAILED: &str = "finding_failed";
@@ -262,4 +263,10 @@ async fn find_end(connection: &mut Connection, component: &Component) -> Result<
     .execute(connection)
     .await?;
     Ok(())
+}
+
+/// Checks every event, voided or not.
+pub(super) async fn verify(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
+    let sql = events!("order by e.operator, e.event_id");
+    verify::each(connection, EVENTS, sql, found, |row: EventRow| row.record().map(|_| ())).await
 }

@@ -6,8 +6,9 @@ use super::{
     Connection, Engine,
     lives::{self, LifePointer},
     row::{BindKey, ComponentColumns, checksum, decode, hours_column, parse},
+    verify,
 };
-use crate::{LifeCursor, StoreError};
+use crate::{LifeCursor, StoreError, Verification};
 
 const ESTIMATES: &str = "estimates";
 const STATES: &str = "states";
@@ -374,4 +375,18 @@ pub(super) async fn insert_state(
     .execute(connection)
     .await?;
     Ok(())
+}
+
+/// Checks every estimate and every state, of all generations.
+pub(super) async fn verify(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
+    let sql = "select operator, part_number, serial_number, overhaul_index, generation, flight_hours, recorded_at,
+                      upload_id, body, checksum
+               from estimates
+               order by operator, part_number, serial_number, overhaul_index, generation, flight_hours, recorded_at,
+                        upload_id";
+    verify::each(connection, ESTIMATES, sql, found, |row: EstimateRow| row.estimate().map(|_| ())).await?;
+    let sql = "select operator, part_number, serial_number, overhaul_index, generation, block, flight_hours, body,
+                      checksum
+               from states order by operator, part_number, serial_number, overhaul_index, generation, block";
+    verify::each(connection, STATES, sql, found, |row: StateRow| row.state().map(|_| ())).await
 }

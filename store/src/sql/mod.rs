@@ -27,6 +27,7 @@ mod sensor_configurations;
 mod served;
 mod uploads;
 mod utilisation;
+mod verify;
 mod write;
 
 use super::{Arguments, Connection, Database, Engine, LEASE_NEXT};

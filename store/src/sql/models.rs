@@ -5,9 +5,10 @@ use domain::{BundleSummary, ContentHash, Mask, Timestamp};
 use super::{
     Connection, Engine,
     row::{checksum, corrupt, decode, encode, hash},
+    verify,
     write::{Reach, Write},
 };
-use crate::{BundleRecord, PublishedMask, StoreError};
+use crate::{BundleRecord, PublishedMask, StoreError, Verification};
 
 const BUNDLES: &str = "bundles";
 const MASKS: &str = "masks";
@@ -170,4 +171,30 @@ impl Write for Activate {
         let activated = query.execute(connection).await?;
         if activated.rows_affected() == 0 { Err(StoreError::UnknownBundle(self.hash)) } else { Ok(()) }
     }
+}
+
+#[derive(sqlx::FromRow)]
+struct WholeBundleRow {
+    #[sqlx(flatten)]
+    bundle: BundleRow,
+    body: Vec<u8>,
+}
+
+impl WholeBundleRow {
+    fn check(self) -> Result<(), StoreError> {
+        let hash = self.bundle.record()?.summary.hash;
+        if ContentHash::of(&self.body) == hash {
+            Ok(())
+        } else {
+            Err(corrupt(&(BUNDLES, hash), "its bytes are not those of its hash"))
+        }
+    }
+}
+
+/// Checks every bundle and every mask.
+pub(super) async fn verify(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
+    let sql = "select hash, summary, active, added_at, checksum, body from bundles order by added_at, hash";
+    verify::each(connection, BUNDLES, sql, found, WholeBundleRow::check).await?;
+    let sql = "select mask_id, model, k_nom, body, checksum from masks order by mask_id";
+    verify::each(connection, MASKS, sql, found, |row: MaskRow| row.published().map(|_| ())).await
 }

@@ -7,7 +7,7 @@ use super::{
     row::{checksum, corrupt, count, hash, parse, verify},
     write::{Reach, Write},
 };
-use crate::{PriorRecord, StoreError};
+use crate::{PriorRecord, StoreError, Verification};
 
 const PRIORS: &str = "priors";
 
@@ -150,4 +150,29 @@ impl Write for Add {
         .await?;
         Ok(())
     }
+}
+
+#[derive(sqlx::FromRow)]
+struct WholePriorRow {
+    #[sqlx(flatten)]
+    prior: PriorRow,
+    body: Vec<u8>,
+}
+
+impl WholePriorRow {
+    fn check(self) -> Result<(), StoreError> {
+        let hash = self.prior.record()?.hash;
+        if ContentHash::of(&self.body) == hash {
+            Ok(())
+        } else {
+            Err(corrupt(&(PRIORS, hash), "its bytes are not those of its hash"))
+        }
+    }
+}
+
+/// Checks every prior.
+pub(super) async fn verify_all(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
+    let sql = "select operator, part_number, hash, model, parent, lives, learned_at, checksum, body from priors
+               order by operator, part_number, model, hash";
+    super::verify::each(connection, PRIORS, sql, found, WholePriorRow::check).await
 }

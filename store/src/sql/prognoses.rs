@@ -6,9 +6,10 @@ use super::{
     Connection,
     endings::Ending,
     lives::LifePointer,
-    row::{BindKey, checksum, corrupt, decode, encode, hours_column},
+    row::{BindKey, ComponentColumns, checksum, corrupt, decode, encode, hours_column},
+    verify,
 };
-use crate::{Lease, StoreError};
+use crate::{Lease, StoreError, Verification};
 
 const PROGNOSES: &str = "prognoses";
 /// How far the column of the hours may be from the body's: the migration that added it rounded.
@@ -110,4 +111,25 @@ pub(super) async fn first_of_each_stretch(
     .fetch_all(connection)
     .await?;
     rows.iter().map(|row| row.prognosis(&life.component, life.pointer)).collect()
+}
+
+#[derive(sqlx::FromRow)]
+struct IssuedRow {
+    #[sqlx(flatten)]
+    key: ComponentColumns,
+    #[sqlx(flatten)]
+    pointer: LifePointer,
+    #[sqlx(flatten)]
+    row: PrognosisRow,
+}
+
+/// Checks every prognosis that was ever issued.
+pub(super) async fn verify(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
+    let sql = "select operator, part_number, serial_number, overhaul_index, generation, fence, issued_at, body,
+                      checksum, forecast_from_fh
+               from prognoses order by operator, part_number, serial_number, overhaul_index, generation, fence";
+    verify::each(connection, PROGNOSES, sql, found, |IssuedRow { key, pointer, row }| {
+        row.prognosis(&key.component(PROGNOSES)?, pointer).map(|_| ())
+    })
+    .await
 }

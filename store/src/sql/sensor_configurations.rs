@@ -14,10 +14,10 @@ use super::{
     Connection, Engine,
     correct::{self, Span},
     installations,
-    row::{checksum, decode, encode, hash, verify},
+    row::{checksum, decode, encode, hash, parse, verify},
     write::{Reach, Write},
 };
-use crate::{Addition, StoreError, TailConfiguration, Unestimated};
+use crate::{Addition, StoreError, TailConfiguration, Unestimated, Verification};
 
 const CONFIGURATIONS: &str = "sensor_configurations";
 const OF_TAILS: &str = "tail_sensor_configurations";
@@ -210,4 +210,46 @@ impl Add {
         .await?;
         Ok(())
     }
+}
+
+#[derive(sqlx::FromRow)]
+struct BodyRow {
+    operator: String,
+    hash: Vec<u8>,
+    body: Vec<u8>,
+    checksum: Vec<u8>,
+}
+
+impl BodyRow {
+    fn check(self) -> Result<(), StoreError> {
+        let operator: OperatorId = parse(CONFIGURATIONS, &self.operator)?;
+        let name = (CONFIGURATIONS, operator, hash(CONFIGURATIONS, &self.hash)?);
+        decode::<SensorConfiguration>(&name, &self.body, &self.checksum).map(|_| ())
+    }
+}
+
+#[derive(sqlx::FromRow)]
+struct InForceRow {
+    operator: String,
+    tail: String,
+    effective_from: i64,
+    hash: Vec<u8>,
+    added_at: i64,
+    checksum: Vec<u8>,
+}
+
+impl InForceRow {
+    fn check(self) -> Result<(), StoreError> {
+        let (operator, tail) = (parse(OF_TAILS, &self.operator)?, parse(OF_TAILS, &self.tail)?);
+        verify(&tail_name(&operator, &tail, self.effective_from, self.added_at), &self.hash, &self.checksum)
+    }
+}
+
+/// Checks every configuration, and from when on each is in force.
+pub(super) async fn verify_all(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
+    let sql = "select operator, hash, body, checksum from sensor_configurations order by operator, hash";
+    super::verify::each(connection, CONFIGURATIONS, sql, found, BodyRow::check).await?;
+    let sql = "select operator, tail, effective_from, hash, added_at, checksum from tail_sensor_configurations
+               order by operator, tail, effective_from";
+    super::verify::each(connection, OF_TAILS, sql, found, InForceRow::check).await
 }

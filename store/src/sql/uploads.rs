@@ -6,8 +6,9 @@ use super::{
     Connection, Engine, aside,
     history::{self, End},
     row::{BindKey, ComponentColumns, UploadKey, checksum, corrupt, decode, parse},
+    verify,
 };
-use crate::{StoreError, UploadRecord, UploadState, UploadStateKind};
+use crate::{StoreError, UploadRecord, UploadState, UploadStateKind, Verification};
 
 const UPLOADS: &str = "uploads";
 
@@ -371,4 +372,11 @@ pub(super) async fn has_waiting(connection: &mut Connection, component: &Compone
     .fetch_one(connection)
     .await?;
     Ok(waits)
+}
+
+/// Checks every upload.
+pub(super) async fn verify(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
+    let sql = "select operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum
+               from uploads order by operator, part_number, serial_number, recorded_at, upload_id";
+    verify::each(connection, UPLOADS, sql, found, |row: UploadRow| row.upload().map(|_| ())).await
 }

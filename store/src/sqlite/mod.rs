@@ -7,8 +7,6 @@ mod open;
 mod sql;
 mod writer;
 
-use std::{fs::File, sync::Mutex};
-
 use domain::OperatorId;
 use sqlx::{SqlitePool, Transaction};
 
@@ -34,8 +32,6 @@ pub(crate) struct Engine {
     readers: SqlitePool,
     writer: Writer,
     clock: Clock,
-    /// Of a file that is only read; otherwise the writer holds it.
-    lock: Mutex<Option<File>>,
 }
 
 impl Engine {

@@ -4,7 +4,7 @@ use std::{
     fs::{File, OpenOptions, TryLockError},
     io::{self, Read, Write},
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, PoisonError},
+    sync::Arc,
 };
 
 use sqlx::{
@@ -38,7 +38,7 @@ impl Engine {
             .await?;
         let readers = readers(&path, options.read_connections).await?;
         let writer = Writer::start(Owned { connection, lock }, options.queue_capacity, options.clock.clone());
-        Ok(Self { readers, writer, clock: options.clock, lock: Mutex::new(None) })
+        Ok(Self { readers, writer, clock: options.clock })
     }
 
     pub(crate) async fn open_read_only(url: &str) -> Result<Self, StoreError> {
@@ -47,14 +47,13 @@ impl Engine {
             let error = io::Error::new(io::ErrorKind::NotFound, "there is no database");
             return Err(io_error(&path)(error));
         }
-        let lock = lock(&path)?;
         let options = Options::default();
         let readers = readers(&path, options.read_connections).await?;
         let version = check_origin(&mut *readers.acquire().await?, &path).await?.unwrap_or(0);
         if version < SCHEMA {
             return Err(StoreError::OlderSchema { version, own: SCHEMA });
         }
-        Ok(Self { readers, writer: Writer::none(), clock: options.clock, lock: Mutex::new(Some(lock)) })
+        Ok(Self { readers, writer: Writer::none(), clock: options.clock })
     }
 
     pub(crate) async fn close(&self) {
@@ -67,7 +66,6 @@ impl Engine {
             }
             drop(lock);
         }
-        drop(self.lock.lock().unwrap_or_else(PoisonError::into_inner).take());
     }
 
     pub(crate) async fn ping(&self) -> Result<(), StoreError> {

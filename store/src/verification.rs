@@ -1,0 +1,28 @@
+//! What was found out about a whole database.
+
+/// Rows whose checksum was looked at.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Verification {
+    /// Each table that carries checksums, with the number of its rows.
+    pub tables: Vec<(&'static str, u64)>,
+    /// Rows that are not what was written, in the order of `tables`.
+    pub damaged: Vec<DamagedRow>,
+}
+
+/// A row that is refused rather than served.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DamagedRow {
+    /// Where it is.
+    pub table: &'static str,
+    /// Which row, as far as its columns can be read.
+    pub row: String,
+    /// What shows it.
+    pub detail: String,
+}
+
+impl Verification {
+    /// Number of rows that were looked at.
+    pub fn rows(&self) -> u64 {
+        self.tables.iter().map(|(_, rows)| rows).sum()
+    }
+}
