@@ -254,8 +254,9 @@ impl Store {
         backend!(self, work_available())
     }
 
-    /// What the results of the leased component's newest life are computed from.
-    pub async fn life_inputs(&self, lease: &Lease) -> Result<LifeInputs, StoreError> {
+    /// What the results of each life of the leased component that has something to process are computed
+    /// from, the oldest life first.
+    pub async fn life_inputs(&self, lease: &Lease) -> Result<Vec<LifeInputs>, StoreError> {
         backend!(self, life_inputs(lease))
     }
 
@@ -272,7 +273,7 @@ impl Store {
     }
 
     /// Writes results and ends the lease. Inputs stored since the lease leave the component waiting.
-    pub async fn complete(&self, lease: &Lease, results: LifeResults) -> Result<Completion, StoreError> {
+    pub async fn complete(&self, lease: &Lease, results: Vec<LifeResults>) -> Result<Completion, StoreError> {
         backend!(self, complete(lease, results))
     }
 

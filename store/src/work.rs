@@ -38,11 +38,12 @@ pub struct Generation {
 /// Everything that the results of a life are computed from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LifeInputs {
-    /// The newest life of the leased component.
+    /// A life of the leased component that has something to process.
     pub life: Life,
-    /// Its active generation.
+    /// Its newest generation. While that is not the one that answers, it has still to be made: from all
+    /// uploads of the life.
     pub generation: Generation,
-    /// Uploads that wait for their estimate, in the order of the life.
+    /// Uploads that have no estimate in this generation yet, in the order of the life.
     pub unestimated: Vec<Unestimated>,
     /// Estimates of the generation so far, in the order of the life: also those that were excluded
     /// before, because whether they are is found anew from the whole life.
@@ -63,9 +64,13 @@ pub struct Unestimated {
     pub sensor_configuration: Option<Arc<SensorConfiguration>>,
 }
 
-/// What a worker found; written in one transaction.
+/// What a worker found out about one life; written in one transaction with that of the component's others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LifeResults {
+    /// Which life of the component.
+    pub overhaul_index: u32,
+    /// By which of its generations; it answers for the life from now on.
+    pub generation: u32,
     /// Estimates of uploads that waited for them.
     pub estimates: Vec<Estimate>,
     /// Uploads that waited for an estimate and have none. They stay set aside until they are tried

@@ -6,8 +6,8 @@ use std::{fs, path::Path};
 
 use domain::{ContentHash, Finding, SetAsideReason};
 use fixture::{
-    Database, bundle, component, configuration, day, drain, finding, later_upload, operator, prior, results, tail,
-    upload,
+    Database, bundle, component, configuration, day, drain, finding, later_upload, life_inputs, operator, prior,
+    results, tail, upload,
 };
 use metrics_exporter_prometheus::PrometheusBuilder;
 use sqlx::{Connection, Executor, SqliteConnection, migrate::Migrator, sqlite::SqliteConnectOptions};
@@ -421,7 +421,7 @@ async fn a_damaged_checkpoint_is_as_if_it_were_not_there() {
             store.accept(&operator(), upload, day(0.0)).await.unwrap();
         }
         let lease = fixture::lease(&store).await;
-        let mut results = results(&store.life_inputs(&lease).await.unwrap());
+        let mut results = results(&life_inputs(&store, &lease).await);
         let checkpoint = |state: &domain::State| Checkpoint {
             block: state.block,
             digest: state.digest,
@@ -429,7 +429,7 @@ async fn a_damaged_checkpoint_is_as_if_it_were_not_there() {
         };
         results.checkpoints = results.states.iter().map(checkpoint).collect();
         let (kept, states) = (results.checkpoints.clone(), results.states.clone());
-        store.complete(&lease, results).await.unwrap();
+        store.complete(&lease, vec![results]).await.unwrap();
         let digest = store.digest().await.unwrap();
         store.close().await;
         assert_eq!(execute(&database.path(), damage).await, 1, "{damage}");

@@ -55,6 +55,8 @@ impl Reading {
         let context = LifeContext { life: &self.life, generation: self.generation, prior: &self.prior };
         let outlook = model.outlook(&context, &self.course, &self.known, recalled)?;
         let results = LifeResults {
+            overhaul_index: self.life.overhaul_index,
+            generation: self.generation,
             estimates: self.estimates,
             set_aside: self.set_aside,
             excluded: outlook.excluded,

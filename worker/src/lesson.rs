@@ -11,17 +11,17 @@ use store::{Lesson, PriorRecord, Store};
 use tokio::task::spawn_blocking;
 use tokio_util::sync::CancellationToken;
 
-use crate::{Caches, Settings, WorkerError, models::Models, wait};
+use crate::{Analyst, Settings, WorkerError, models::Models, wait};
 
 /// How often to ask whether there is something to learn.
 const PAUSE: Duration = Duration::from_secs(10);
 
 /// Learns until `shutdown`.
-pub async fn learn(store: Store, caches: Arc<Caches>, settings: Settings, shutdown: CancellationToken) {
+pub async fn learn(store: Store, analyst: Arc<Analyst>, settings: Settings, shutdown: CancellationToken) {
     let settings = Settings { idle: PAUSE, ..settings };
     while !shutdown.is_cancelled() {
         match store.lessons().await {
-            Ok(lessons) => take_all(lessons, &store, &caches.models, &settings, &shutdown).await,
+            Ok(lessons) => take_all(lessons, &store, &analyst.models, &settings, &shutdown).await,
             Err(error) => tracing::error!(%error, "cannot look for what there is to learn"),
         }
         wait(std::future::pending(), &settings, &shutdown).await;

@@ -6,6 +6,7 @@
 //! set aside with its reason and never blocks the others.
 
 mod analysis;
+mod analyst;
 mod lesson;
 mod memory;
 mod models;
@@ -16,13 +17,12 @@ use std::{
     time::{Duration, Instant},
 };
 
-use domain::{ContentHash, Life, Timestamp, metric};
-use pipeline::{Checkpoint, Model, Prior};
+use domain::{Timestamp, metric};
 use store::{Completion, Lease, Store, StoreError};
-use tokio::task::{JoinError, JoinSet, spawn_blocking};
+use tokio::task::{JoinError, JoinSet};
 use tokio_util::sync::CancellationToken;
 
-use crate::{memory::Memory, models::Models};
+pub use crate::analyst::{Analysis, Analyst};
 
 /// How the worker runs.
 #[derive(Clone)]
@@ -34,8 +34,11 @@ pub struct Settings {
     /// How long to wait for news before looking again.
     pub idle: Duration,
     /// The present, for the times of results.
-    pub clock: Arc<dyn Fn() -> Timestamp + Send + Sync>,
+    pub clock: Clock,
 }
+
+/// Tells the present.
+pub type Clock = Arc<dyn Fn() -> Timestamp + Send + Sync>;
 
 /// Why a component could not be analysed; it stays pending and is tried again later.
 #[derive(Debug, thiserror::Error)]
@@ -75,25 +78,19 @@ pub enum WorkerError {
 
 /// Analyses components until `shutdown`; returns once the analyses under way have ended.
 pub async fn run(store: Store, settings: Settings, shutdown: CancellationToken) {
-    let caches = Arc::new(Caches { models: Models::new(store.clone()), memory: Memory::default() });
+    let analyst = Arc::new(Analyst::new(store.clone(), settings.clock.clone()));
     let mut lanes = JoinSet::new();
     for _ in 0..settings.concurrency.get() {
-        lanes.spawn(lane(store.clone(), caches.clone(), settings.clone(), shutdown.clone()));
+        lanes.spawn(lane(store.clone(), analyst.clone(), settings.clone(), shutdown.clone()));
     }
-    lanes.spawn(lesson::learn(store, caches, settings, shutdown));
+    lanes.spawn(lesson::learn(store, analyst, settings, shutdown));
     lanes.join_all().await;
 }
 
-/// What is kept between leases; all of it can be read or computed again.
-struct Caches {
-    models: Models,
-    memory: Memory,
-}
-
-async fn lane(store: Store, caches: Arc<Caches>, settings: Settings, shutdown: CancellationToken) {
+async fn lane(store: Store, analyst: Arc<Analyst>, settings: Settings, shutdown: CancellationToken) {
     while !shutdown.is_cancelled() {
         match store.lease(settings.lease).await {
-            Ok(Some(lease)) => serve_lease(&store, &caches, &settings, lease).await,
+            Ok(Some(lease)) => serve_lease(&store, &analyst, lease).await,
             // It looks into the queue itself once it listens, so nothing that came since the lease was asked for is missed.
             Ok(None) => wait(store.work_available(), &settings, &shutdown).await,
             Err(error) => {
@@ -112,9 +109,9 @@ async fn wait(news: impl Future<Output = ()>, settings: &Settings, shutdown: &Ca
     }
 }
 
-async fn serve_lease(store: &Store, caches: &Caches, settings: &Settings, lease: Lease) {
+async fn serve_lease(store: &Store, analyst: &Analyst, lease: Lease) {
     let component = &lease.component;
-    let (begun, completion) = (Instant::now(), process(store, caches, settings, &lease).await);
+    let (begun, completion) = (Instant::now(), analyst.serve(&lease).await);
     metrics::histogram!(metric::ANALYSIS_SECONDS.name).record(begun.elapsed());
     let outcome = match &completion {
         Ok(Completion::Done) => "done",
@@ -135,44 +132,4 @@ async fn serve_lease(store: &Store, caches: &Caches, settings: &Settings, lease:
             }
         }
     }
-}
-
-async fn process(
-    store: &Store,
-    caches: &Caches,
-    settings: &Settings,
-    lease: &Lease,
-) -> Result<Completion, WorkerError> {
-    let inputs = store.life_inputs(lease).await?;
-    let model = caches.models.get(&inputs.generation.model).await?;
-    let mask_ids: Vec<_> = inputs.unestimated.iter().map(|one| one.upload.mask_id).collect();
-    let masks = caches.models.masks(&mask_ids).await?;
-    let prior = caches.models.prior(&lease.component.operator, &inputs.generation, &model).await?;
-    let (reader, read_by) = (model.clone(), prior.clone());
-    let reading = spawn_blocking(move || analysis::read(&reader, read_by, &masks, inputs)).await?;
-    let (life, generation) = reading.life();
-    let life = life.clone();
-    let recalled = recall(store, caches, (&life, generation), &reading.recallable(), (&model, &prior)).await?;
-    let now = (settings.clock)();
-    let (results, latest) = spawn_blocking(move || reading.judge(&model, recalled, now)).await??;
-    let completion = store.complete(lease, results).await?;
-    if let Some(latest) = latest {
-        caches.memory.keep(life, generation, latest);
-    }
-    Ok(completion)
-}
-
-/// A filter of the life after one of these blocks: the newest from memory, or an older one from the store.
-async fn recall(
-    store: &Store,
-    caches: &Caches,
-    (life, generation): (&Life, u32),
-    wanted: &[(u64, ContentHash)],
-    (model, prior): (&Model, &Prior),
-) -> Result<Option<Checkpoint>, WorkerError> {
-    if let Some(newest) = caches.memory.recall(life, generation, wanted) {
-        return Ok(Some(newest));
-    }
-    let kept = store.checkpoint(&life.component, life.overhaul_index, generation, wanted).await?;
-    Ok(kept.and_then(|kept| Checkpoint::restore(model, prior, kept.block, kept.digest, &kept.body)))
 }

@@ -60,6 +60,8 @@ async fn live_and_fail(store: &Store, model: &Model, part: &str, unit: u32, faul
     }
     let lease = store.lease(Duration::from_secs(60)).await.unwrap().unwrap();
     let results = LifeResults {
+        overhaul_index: 0,
+        generation: 1,
         estimates: uploads.iter().map(|upload| diagnosed(model, upload, faults)).collect(),
         set_aside: Vec::new(),
         excluded: Vec::new(),
@@ -69,7 +71,7 @@ async fn live_and_fail(store: &Store, model: &Model, part: &str, unit: u32, faul
         checkpoints: Vec::new(),
         now: now(),
     };
-    assert_eq!(store.complete(&lease, results).await.unwrap(), Completion::Done);
+    assert_eq!(store.complete(&lease, vec![results]).await.unwrap(), Completion::Done);
     let last = &uploads[uploads.len() - 1];
     let event = MaintenanceEvent {
         event_id: format!("unit{unit}.failed").parse().unwrap(),

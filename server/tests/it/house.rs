@@ -200,18 +200,18 @@ impl House {
     /// Does what a worker does with the component that waits, giving it `forecast`.
     pub async fn work(&self, forecast: Result<Forecast, InsufficientHistory>) {
         let lease = self.store.lease(Duration::from_secs(60)).await.unwrap().expect("something waits");
-        let inputs = self.store.life_inputs(&lease).await.unwrap();
+        let inputs = self.store.life_inputs(&lease).await.unwrap().remove(0);
         let results = results(&inputs, forecast, &[], time(START));
-        assert_eq!(self.store.complete(&lease, results).await.unwrap(), Completion::Done);
+        assert_eq!(self.store.complete(&lease, vec![results]).await.unwrap(), Completion::Done);
     }
 
     /// Does what a worker does that cannot estimate some of the waiting uploads.
     pub async fn set_aside(&self, set_aside: &[SetAside]) {
         let lease = self.store.lease(Duration::from_secs(60)).await.unwrap().expect("something waits");
-        let inputs = self.store.life_inputs(&lease).await.unwrap();
+        let inputs = self.store.life_inputs(&lease).await.unwrap().remove(0);
         let missing = InsufficientHistory { missing: "one closed block".to_owned() };
         let results = results(&inputs, Err(missing), set_aside, time(START));
-        assert_eq!(self.store.complete(&lease, results).await.unwrap(), Completion::Done);
+        assert_eq!(self.store.complete(&lease, vec![results]).await.unwrap(), Completion::Done);
     }
 }
 
@@ -253,6 +253,8 @@ fn results(
         inputs_digest: ContentHash::of(b"inputs"),
     });
     LifeResults {
+        overhaul_index: inputs.life.overhaul_index,
+        generation: inputs.generation.number,
         estimates,
         set_aside: set_aside.to_vec(),
         excluded: Vec::new(),

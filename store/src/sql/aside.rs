@@ -45,12 +45,25 @@ pub(super) async fn set_aside(
         "insert into set_aside
          (operator, part_number, serial_number, recorded_at, upload_id, reason, detail, set_aside_at)
          values ($1, $2, $3, $4, $5, $6, $7, $8)
-         on conflict (operator, part_number, serial_number, recorded_at, upload_id) do nothing",
+         on conflict (operator, part_number, serial_number, recorded_at, upload_id) do update set
+           reason = excluded.reason, detail = excluded.detail",
     )
     .bind_upload(&key)
     .bind(one.reason.as_str())
     .bind(&one.detail)
     .bind(now.micros())
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+/// Takes back that an upload has no estimate.
+pub(super) async fn readmit(connection: &mut Connection, key: &UploadKey) -> Result<(), StoreError> {
+    sqlx::query(
+        "delete from set_aside where operator = $1 and part_number = $2 and serial_number = $3
+         and recorded_at = $4 and upload_id = $5",
+    )
+    .bind_upload(key)
     .execute(connection)
     .await?;
     Ok(())

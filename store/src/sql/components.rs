@@ -5,8 +5,7 @@ use domain::{Component, Timestamp};
 use super::{
     Engine, endings,
     history::{self, End},
-    installations,
-    lives::{self, LifePointer},
+    installations, lives,
     row::{BindKey, count},
 };
 use crate::{ComponentRecord, LifeRecord, StoreError};
@@ -21,13 +20,7 @@ impl Engine {
         .fetch_optional(&mut *transaction)
         .await?;
         let Some((enrolled_at,)) = enrolled else { return Ok(None) };
-        let pointers: Vec<LifePointer> = sqlx::query_as(
-            "select overhaul_index, generation from lives
-             where operator = $1 and part_number = $2 and serial_number = $3 order by overhaul_index",
-        )
-        .bind_component(component)
-        .fetch_all(&mut *transaction)
-        .await?;
+        let pointers = lives::all(&mut transaction, component).await?;
         let mut endings = endings::of_component(&mut transaction, component).await?;
         let mut lives = Vec::with_capacity(pointers.len());
         for pointer in pointers {

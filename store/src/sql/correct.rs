@@ -5,7 +5,7 @@
 
 use std::{collections::HashMap, ops::Range};
 
-use domain::{Component, OperatorId, Timestamp, UploadId};
+use domain::{Component, OperatorId, Timestamp, Upload, UploadId};
 
 use super::{
     Connection, Engine, checkpoints, history, installations, lives, queue,
@@ -61,7 +61,7 @@ impl Write for Void {
         uploads::leave_inbox(connection, &key).await?;
         forget_results(connection, &component, moment(&key)).await?;
         installations::forget(connection, &component, &upload).await?;
-        withdraw_if_empty(connection, &component).await?;
+        withdraw_empty(connection, &component).await?;
         Ok(Some(Voiding::Voided))
     }
 }
@@ -81,11 +81,17 @@ async fn mark_voided(connection: &mut Connection, key: &UploadKey, voided_at: Ti
 }
 
 /// A life of which nothing is left and nothing is to come answers at once like one without history.
-async fn withdraw_if_empty(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
-    let Some(pointer) = lives::newest(connection, component).await? else { return Ok(()) };
-    let empty = !history::has_counting_estimate(connection, component, pointer).await?
-        && !uploads::has_waiting(connection, component).await?;
-    if empty {
+async fn withdraw_empty(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
+    let overhauls = lives::overhauls(connection, component).await?;
+    let waiting = uploads::waiting(connection, component).await?;
+    for pointer in lives::all(connection, component).await? {
+        let is_of_life =
+            |upload: &Upload| overhauls.life_at(upload.flight_hours, upload.recorded_at) == pointer.overhaul_index;
+        if history::has_counting_estimate(connection, component, pointer).await?
+            || waiting.iter().any(|(upload, _)| is_of_life(upload))
+        {
+            continue;
+        }
         lives::serve_prognosis(connection, component, pointer, None).await?;
         history::delete_states(connection, component, pointer, 0).await?;
         checkpoints::delete_outdated(connection, component, pointer, 0, &HashMap::new()).await?;

@@ -53,6 +53,9 @@ impl Write for Accept {
         if revision == 1 {
             lives::enrol(connection, &self.component, self.received_at).await?;
         }
+        let (hours, at) = (self.upload.flight_hours, self.upload.recorded_at);
+        let overhauls = lives::overhauls(connection, &self.component).await?;
+        lives::touch(connection, &self.component, overhauls.life_at(hours, at), revision).await?;
         installations::observe(connection, &self.component, &self.upload).await?;
         Ok(Receipt::Accepted)
     }

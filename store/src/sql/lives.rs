@@ -98,6 +98,113 @@ pub(super) async fn generation(
     Ok(Generation { number: count("generations", pointer.generation)?, model: hash(&model)?, prior: hash(&prior)? })
 }
 
+/// The overhauls of a component that count, as places in its order of hours and times.
+pub(super) struct Overhauls(Vec<(f64, i64)>);
+
+impl Overhauls {
+    /// The life in which a component is at some hours and time: as many overhauls are before.
+    pub(super) fn life_at(&self, flight_hours: f64, at: Timestamp) -> i64 {
+        self.0.partition_point(|overhaul| *overhaul < (flight_hours, at.micros())) as i64
+    }
+}
+
+/// The overhauls of a component that are not voided.
+pub(super) async fn overhauls(connection: &mut Connection, component: &Component) -> Result<Overhauls, StoreError> {
+    let rows = sqlx::query_as(
+        "select e.flight_hours, e.occurred_at from maintenance_events e
+         where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and e.kind = 'overhaul'
+           and not exists (select 1 from voided_events v where v.operator = e.operator and v.event_id = e.event_id)
+         order by e.flight_hours, e.occurred_at",
+    );
+    Ok(Overhauls(rows.bind_component(component).fetch_all(connection).await?))
+}
+
+/// Lets a life wait for a worker, since the component's input of this number.
+pub(super) async fn touch(
+    connection: &mut Connection,
+    component: &Component,
+    overhaul_index: i64,
+    revision: i64,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "update lives set touched_revision = $5
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4",
+    )
+    .bind_component(component)
+    .bind(overhaul_index)
+    .bind(revision)
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+/// Lets all lives of a component wait for a worker, since its input of this number.
+pub(super) async fn touch_all(
+    connection: &mut Connection,
+    component: &Component,
+    revision: i64,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "update lives set touched_revision = $4 where operator = $1 and part_number = $2 and serial_number = $3",
+    )
+    .bind_component(component)
+    .bind(revision)
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+/// The lives of a component, the oldest first, each with the generation that answers.
+pub(super) async fn all(connection: &mut Connection, component: &Component) -> Result<Vec<LifePointer>, StoreError> {
+    let sql = "select overhaul_index, generation from lives
+               where operator = $1 and part_number = $2 and serial_number = $3 order by overhaul_index";
+    Ok(sqlx::query_as(sql).bind_component(component).fetch_all(connection).await?)
+}
+
+/// A life that waits for a worker.
+#[derive(Debug, Clone, Copy, sqlx::FromRow)]
+pub(super) struct Waiting {
+    /// The life, and the newest of its generations.
+    #[sqlx(flatten)]
+    pub(super) pointer: LifePointer,
+    /// The generation that answers.
+    pub(super) answering: i64,
+}
+
+/// The lives of a component that wait since an input after `processed_revision`, the oldest first.
+pub(super) async fn waiting(
+    connection: &mut Connection,
+    component: &Component,
+    processed_revision: i64,
+) -> Result<Vec<Waiting>, StoreError> {
+    let sql = "select l.overhaul_index, l.generation as answering,
+                      (select max(g.number) from generations g
+                       where g.operator = l.operator and g.part_number = l.part_number
+                         and g.serial_number = l.serial_number and g.overhaul_index = l.overhaul_index) as generation
+               from lives l
+               where l.operator = $1 and l.part_number = $2 and l.serial_number = $3 and l.touched_revision > $4
+               order by l.overhaul_index";
+    Ok(sqlx::query_as(sql).bind_component(component).bind(processed_revision).fetch_all(connection).await?)
+}
+
+/// Lets a generation answer for its life, with no prognosis yet; no change if it does already.
+pub(super) async fn let_answer(
+    connection: &mut Connection,
+    component: &Component,
+    pointer: LifePointer,
+) -> Result<bool, StoreError> {
+    let changed = sqlx::query(
+        "update lives set generation = $5, prognosis_fence = null
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation <> $5",
+    )
+    .bind_component(component)
+    .bind(pointer.overhaul_index)
+    .bind(pointer.generation)
+    .execute(connection)
+    .await?;
+    Ok(changed.rows_affected() == 1)
+}
+
 /// Names the prognosis that is served of a life by the fence of its lease; `None` serves none.
 pub(super) async fn serve_prognosis(
     connection: &mut Connection,

@@ -14,6 +14,7 @@ mod events;
 mod finished;
 mod history;
 mod ingest;
+mod inputs;
 mod installations;
 mod lessons;
 mod lives;

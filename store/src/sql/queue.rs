@@ -13,7 +13,7 @@ use std::time::Duration;
 use domain::{Component, Timestamp};
 
 use super::{
-    Connection, Engine, LEASE_NEXT,
+    Connection, Engine, LEASE_NEXT, lives,
     row::{BindKey, ComponentColumns, count},
     write::{Reach, Write},
 };
@@ -85,13 +85,14 @@ pub(super) async fn announce(
 }
 
 /// Counts a change that makes worthless what a worker may have read of a component: its lease is
-/// revoked, which is no failed attempt.
+/// revoked, which is no failed attempt, and all of its lives wait.
 pub(super) async fn revise(
     connection: &mut Connection,
     component: &Component,
     now: Timestamp,
 ) -> Result<(), StoreError> {
-    announce(connection, component, now).await?;
+    let revision = announce(connection, component, now).await?;
+    lives::touch_all(connection, component, revision).await?;
     sqlx::query(
         "update component_queue set lease_until = 0, attempts = attempts - 1
          where operator = $1 and part_number = $2 and serial_number = $3 and lease_until > $4",
@@ -101,6 +102,18 @@ pub(super) async fn revise(
     .execute(connection)
     .await?;
     Ok(())
+}
+
+/// Up to which input the results of a component reach.
+pub(super) async fn processed_revision(connection: &mut Connection, component: &Component) -> Result<i64, StoreError> {
+    let (revision,): (i64,) = sqlx::query_as(
+        "select processed_revision from component_queue
+         where operator = $1 and part_number = $2 and serial_number = $3",
+    )
+    .bind_component(component)
+    .fetch_one(connection)
+    .await?;
+    Ok(revision)
 }
 
 /// Ends a lease with a result, if it still holds.

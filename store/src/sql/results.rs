@@ -1,85 +1,30 @@
-//! What a worker reads for a lease and what it writes: one transaction, refused when fenced.
+//! What a worker writes for a lease: one transaction, refused when fenced.
 
 use std::collections::HashMap;
 
-use domain::{Component, ContentHash, SetAside, Timestamp};
+use domain::{ContentHash, SetAside, Timestamp};
 
 use super::{
     Connection, Engine, aside, checkpoints,
-    history::{self, BlockEnd, EstimateRange, StateRange},
+    history::{self, BlockEnd},
     lives::{self, LifePointer},
     prognoses, queue,
-    row::{corrupt, encode},
-    sensor_configurations, uploads,
+    row::encode,
+    uploads,
     write::{Reach, Write},
 };
-use crate::{Completion, Lease, LifeCursor, LifeInputs, LifeResults, StoreError};
+use crate::{Completion, Lease, LifeCursor, LifeResults, StoreError};
 
 impl Engine {
-    pub(crate) async fn life_inputs(&self, lease: &Lease) -> Result<LifeInputs, StoreError> {
-        let component = &lease.component;
-        let mut transaction = self.read(&component.operator).await?;
-        let pointer = pointer(&mut transaction, component).await?;
-        let waiting = uploads::waiting(&mut transaction, component).await?;
-        Ok(LifeInputs {
-            life: pointer.life(component)?,
-            generation: lives::generation(&mut transaction, component, pointer).await?,
-            unestimated: sensor_configurations::in_force(&mut transaction, &component.operator, waiting).await?,
-            estimates: history::estimates(&mut transaction, component, pointer, EstimateRange::ALL).await?,
-            states: history::states(&mut transaction, component, pointer, StateRange::ALL).await?,
-        })
-    }
-
-    pub(crate) async fn complete(&self, lease: &Lease, results: LifeResults) -> Result<Completion, StoreError> {
-        self.write(Complete::new(lease, results)?).await
+    pub(crate) async fn complete(&self, lease: &Lease, results: Vec<LifeResults>) -> Result<Completion, StoreError> {
+        let lives = results.into_iter().map(|one| LifeDraft::of(lease, one)).collect::<Result<_, _>>()?;
+        self.write(Complete { lease: lease.clone(), lives }).await
     }
 }
 
-async fn pointer(connection: &mut Connection, component: &Component) -> Result<LifePointer, StoreError> {
-    let newest = lives::newest(connection, component).await?;
-    newest.ok_or_else(|| corrupt(&("lives", component), "a component in the queue has no life"))
-}
-
-/// Results as rows: encoded by the caller, so that the writer only writes.
 struct Complete {
     lease: Lease,
-    estimates: Vec<(LifeCursor, String)>,
-    set_aside: Vec<SetAside>,
-    excluded: Vec<SetAside>,
-    states_from: Option<i64>,
-    states: Vec<(BlockEnd, String)>,
-    /// The digest of each of the states.
-    digests: HashMap<i64, ContentHash>,
-    checkpoints: Vec<checkpoints::Draft>,
-    prognosis: Option<prognoses::Draft>,
-    now: Timestamp,
-}
-
-impl Complete {
-    fn new(lease: &Lease, results: LifeResults) -> Result<Self, StoreError> {
-        let LifeResults { estimates, set_aside, excluded, states_from, states, checkpoints, prognosis, now } = results;
-        let first = states.iter().map(|state| state.block).min();
-        assert!(first.is_none_or(|first| states_from.is_some_and(|from| from <= first)), "states before states_from");
-        let estimates = estimates.iter().map(|e| Ok((LifeCursor::from(e), encode("estimate", e)?)));
-        let digests = states.iter().map(|state| (state.block.cast_signed(), state.digest)).collect();
-        let checkpoints = checkpoints.into_iter().map(|one| checkpoints::Draft::of(&lease.component, one));
-        let states = states.iter().map(|state| {
-            let end = BlockEnd { block: state.block.cast_signed(), flight_hours: state.as_of.flight_hours };
-            Ok((end, encode("state", state)?))
-        });
-        Ok(Self {
-            lease: lease.clone(),
-            estimates: estimates.collect::<Result<_, StoreError>>()?,
-            set_aside,
-            excluded,
-            states_from: states_from.map(u64::cast_signed),
-            states: states.collect::<Result<_, StoreError>>()?,
-            digests,
-            checkpoints: checkpoints.collect(),
-            prognosis: prognosis.as_ref().map(prognoses::Draft::of).transpose()?,
-            now,
-        })
-    }
+    lives: Vec<LifeDraft>,
 }
 
 impl Write for Complete {
@@ -93,12 +38,67 @@ impl Write for Complete {
         if !queue::finish(connection, &self.lease, now).await? {
             return Ok(Completion::Fenced);
         }
-        let component = &self.lease.component;
-        let pointer = pointer(connection, component).await?;
+        for life in &self.lives {
+            life.write(connection, &self.lease).await?;
+        }
+        Ok(Completion::Done)
+    }
+}
+
+/// Results as rows: encoded by the caller, so that the writer only writes.
+struct LifeDraft {
+    pointer: LifePointer,
+    estimates: Vec<(LifeCursor, String)>,
+    set_aside: Vec<SetAside>,
+    excluded: Vec<SetAside>,
+    states_from: Option<i64>,
+    states: Vec<(BlockEnd, String)>,
+    /// The digest of each of the states.
+    digests: HashMap<i64, ContentHash>,
+    checkpoints: Vec<checkpoints::Draft>,
+    prognosis: Option<prognoses::Draft>,
+    now: Timestamp,
+}
+
+impl LifeDraft {
+    fn of(lease: &Lease, results: LifeResults) -> Result<Self, StoreError> {
+        let pointer =
+            LifePointer { overhaul_index: results.overhaul_index.into(), generation: results.generation.into() };
+        let LifeResults { estimates, set_aside, excluded, states_from, states, checkpoints, prognosis, now, .. } =
+            results;
+        let first = states.iter().map(|state| state.block).min();
+        assert!(first.is_none_or(|first| states_from.is_some_and(|from| from <= first)), "states before states_from");
+        let estimates = estimates.iter().map(|e| Ok((LifeCursor::from(e), encode("estimate", e)?)));
+        let digests = states.iter().map(|state| (state.block.cast_signed(), state.digest)).collect();
+        let checkpoints = checkpoints.into_iter().map(|one| checkpoints::Draft::of(&lease.component, one));
+        let states = states.iter().map(|state| {
+            let end = BlockEnd { block: state.block.cast_signed(), flight_hours: state.as_of.flight_hours };
+            Ok((end, encode("state", state)?))
+        });
+        Ok(Self {
+            pointer,
+            estimates: estimates.collect::<Result<_, StoreError>>()?,
+            set_aside,
+            excluded,
+            states_from: states_from.map(u64::cast_signed),
+            states: states.collect::<Result<_, StoreError>>()?,
+            digests,
+            checkpoints: checkpoints.collect(),
+            prognosis: prognosis.as_ref().map(prognoses::Draft::of).transpose()?,
+            now,
+        })
+    }
+
+    async fn write(&self, connection: &mut Connection, lease: &Lease) -> Result<(), StoreError> {
+        let (component, pointer) = (&lease.component, self.pointer);
+        let replaced = lives::let_answer(connection, component, pointer).await?;
         for (at, body) in &self.estimates {
             history::insert_estimate(connection, component, pointer, at, body).await?;
             let key = uploads::known_key(connection, component, &at.upload_id).await?;
             uploads::leave_inbox(connection, &key).await?;
+            if replaced {
+                aside::readmit(connection, &key).await?;
+            }
         }
         for one in &self.set_aside {
             aside::set_aside(connection, component, one, self.now).await?;
@@ -112,18 +112,15 @@ impl Write for Complete {
             history::insert_state(connection, component, pointer, *at, body).await?;
         }
         checkpoints::keep(connection, component, pointer, &self.checkpoints).await?;
-        self.serve(connection, pointer).await?;
-        Ok(Completion::Done)
+        self.serve(connection, lease).await
     }
-}
 
-impl Complete {
     /// Serves the new prognosis; without one the previous stays, as long as any estimate counts.
-    async fn serve(&self, connection: &mut Connection, pointer: LifePointer) -> Result<(), StoreError> {
-        let component = &self.lease.component;
+    async fn serve(&self, connection: &mut Connection, lease: &Lease) -> Result<(), StoreError> {
+        let (component, pointer) = (&lease.component, self.pointer);
         if let Some(draft) = &self.prognosis {
-            prognoses::issue(connection, &self.lease, pointer, self.now, draft).await?;
-            lives::serve_prognosis(connection, component, pointer, Some(self.lease.fence)).await
+            prognoses::issue(connection, lease, pointer, self.now, draft).await?;
+            lives::serve_prognosis(connection, component, pointer, Some(lease.fence)).await
         } else if history::has_counting_estimate(connection, component, pointer).await? {
             Ok(())
         } else {

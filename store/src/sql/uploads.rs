@@ -216,6 +216,31 @@ pub(super) async fn waiting(
     .bind_component(component)
     .fetch_all(connection)
     .await?;
+    in_order(rows)
+}
+
+/// All uploads of a component that are not voided, in the order of its life.
+pub(super) async fn not_voided(
+    connection: &mut Connection,
+    component: &Component,
+) -> Result<Vec<(Upload, Timestamp)>, StoreError> {
+    let rows: Vec<UploadRow> = sqlx::query_as(
+        "select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, u.received_at, u.body,
+                u.checksum
+         from uploads u
+         where u.operator = $1 and u.part_number = $2 and u.serial_number = $3
+           and not exists (
+             select 1 from voided v
+             where v.operator = u.operator and v.part_number = u.part_number and v.serial_number = u.serial_number
+               and v.recorded_at = u.recorded_at and v.upload_id = u.upload_id)",
+    )
+    .bind_component(component)
+    .fetch_all(connection)
+    .await?;
+    in_order(rows)
+}
+
+fn in_order(rows: Vec<UploadRow>) -> Result<Vec<(Upload, Timestamp)>, StoreError> {
     let mut uploads = rows.into_iter().map(UploadRow::upload).collect::<Result<Vec<_>, _>>()?;
     uploads.sort_by(|(a, _), (b, _)| {
         let hours = a.flight_hours.total_cmp(&b.flight_hours);
@@ -361,17 +386,6 @@ pub(super) async fn leave_inbox(connection: &mut Connection, key: &UploadKey) ->
     .execute(connection)
     .await?;
     Ok(())
-}
-
-/// Whether any upload of a component waits.
-pub(super) async fn has_waiting(connection: &mut Connection, component: &Component) -> Result<bool, StoreError> {
-    let (waits,): (bool,) = sqlx::query_as(
-        "select exists (select 1 from inbox where operator = $1 and part_number = $2 and serial_number = $3)",
-    )
-    .bind_component(component)
-    .fetch_one(connection)
-    .await?;
-    Ok(waits)
 }
 
 /// Checks every upload.

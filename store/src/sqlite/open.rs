@@ -17,7 +17,7 @@ use super::{Engine, writer::Owned, writer::Writer};
 use crate::{Options, StoreError};
 
 /// The newest schema that this build knows.
-const SCHEMA: i64 = 3;
+const SCHEMA: i64 = 5;
 /// Marks a database as ours: "ACTU".
 const APPLICATION_ID: i64 = 0x4143_5455;
 const MAGIC: &[u8] = b"SQLite format 3\0";

@@ -1,7 +1,7 @@
 use domain::{ContentHash, State};
 use store::{Checkpoint, LifeResults, Store};
 
-use crate::fixture::{Database, component, day, later_upload, lease, operator, results};
+use crate::fixture::{Database, component, day, later_upload, lease, life_inputs, operator, results};
 
 fn checkpoint(state: &State) -> Checkpoint {
     let body = [state.digest.bytes().as_slice(), &state.block.to_le_bytes()].concat();
@@ -19,9 +19,9 @@ async fn process(store: &Store, hours: &[f64], pick: impl Fn(&State) -> bool) ->
         store.accept(&operator(), later_upload(&format!("u{at}"), "0001", *at), day(0.0)).await.unwrap();
     }
     let lease = lease(store).await;
-    let mut results = results(&store.life_inputs(&lease).await.unwrap());
+    let mut results = results(&life_inputs(&store, &lease).await);
     results.checkpoints = results.states.iter().filter(|state| pick(state)).map(checkpoint).collect();
-    store.complete(&lease, results.clone()).await.unwrap();
+    store.complete(&lease, vec![results.clone()]).await.unwrap();
     results
 }
 

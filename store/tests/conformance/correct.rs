@@ -6,7 +6,8 @@ use store::{Completion, Receipt, Retrial, Store, UploadState, UploadStateKind, V
 
 use crate::{
     fixture::{
-        Database, component, day, drain, later_upload, lease, operator, results, serve, set_aside, tail, upload,
+        Database, component, day, drain, later_upload, lease, life_inputs, operator, results, serve, set_aside, tail,
+        upload,
     },
     installations::{as_stored, by_definition, sighted},
 };
@@ -106,9 +107,9 @@ async fn results_computed_from_an_upload_that_was_voided_meanwhile_are_refused()
     accept(&store, &later_upload("u1", "0001", 0.0)).await;
     accept(&store, &later_upload("u2", "0001", 10.0)).await;
     let early = lease(&store).await;
-    let inputs = store.life_inputs(&early).await.unwrap();
+    let inputs = life_inputs(&store, &early).await;
     void(&store, "u1").await;
-    assert_eq!(store.complete(&early, results(&inputs)).await.unwrap(), Completion::Fenced);
+    assert_eq!(store.complete(&early, vec![results(&inputs)]).await.unwrap(), Completion::Fenced);
     let late = lease(&store).await;
     assert_eq!(late.attempts, 0, "a lease that was revoked is no failed attempt");
     assert_eq!(serve(&store, &late).await, Completion::Done);
@@ -124,11 +125,11 @@ async fn what_is_set_aside_waits_again_once_it_is_retried() {
     accept(&store, &upload("u1", "0001")).await;
     assert_eq!(retry("u1").await, Some(Retrial::NotSetAside { state: UploadState::Pending }));
     let lease = lease(&store).await;
-    let mut results = results(&store.life_inputs(&lease).await.unwrap());
+    let mut results = results(&life_inputs(&store, &lease).await);
     results.estimates.clear();
     results.prognosis = None;
     results.set_aside.push(set_aside("u1", SetAsideReason::NotEstimable));
-    store.complete(&lease, results).await.unwrap();
+    store.complete(&lease, vec![results]).await.unwrap();
     assert_eq!(store.work_figures().await.unwrap().set_aside, 1);
     assert_eq!(retry("u1").await, Some(Retrial::Retried));
     assert_eq!(state(&store, "u1").await, UploadState::Pending);

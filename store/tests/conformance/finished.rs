@@ -5,8 +5,8 @@ use proptest::{prelude::*, test_runner::TestRunner};
 use store::{IssuedLife, Store};
 
 use crate::fixture::{
-    Database, bundle, bundle_body, component, day, drain, fail, later_upload, lease, operator, results, set_aside,
-    upload,
+    Database, bundle, bundle_body, component, day, drain, fail, later_upload, lease, life_inputs, operator, results,
+    set_aside, upload,
 };
 
 fn life(operator: &OperatorId, serial: &str) -> Life {
@@ -18,13 +18,13 @@ async fn issue(store: &Store, operator: &OperatorId, id: &str, flight_hours: f64
     let upload = Upload { flight_hours, ..upload(id, "0001") };
     store.accept(operator, upload, day(0.0)).await.unwrap();
     let lease = lease(store).await;
-    let mut results = results(&store.life_inputs(&lease).await.unwrap());
+    let mut results = results(&life_inputs(&store, &lease).await);
     let prognosis = results.prognosis.as_mut().unwrap();
     if !forecast {
         prognosis.forecast = Err(InsufficientHistory { missing: "a closed block".to_owned() });
     }
     let issued = prognosis.clone();
-    store.complete(&lease, results).await.unwrap();
+    store.complete(&lease, vec![results]).await.unwrap();
     issued
 }
 
@@ -122,11 +122,11 @@ async fn finished_lives_hold_what_counts_up_to_the_failure() {
     store.accept(&operator(), upload("c0", "c"), day(1.0)).await.unwrap();
     store.void_upload(&operator(), &"a1".parse().unwrap(), day(2.0)).await.unwrap();
     while let Some(lease) = store.lease(crate::fixture::LEASE).await.unwrap() {
-        let mut results = results(&store.life_inputs(&lease).await.unwrap());
+        let mut results = results(&life_inputs(&store, &lease).await);
         if lease.component == component("a") {
             results.excluded.push(set_aside("a2", domain::SetAsideReason::ImplausibleHours));
         }
-        store.complete(&lease, results).await.unwrap();
+        store.complete(&lease, vec![results]).await.unwrap();
     }
     assert_eq!(store.finished_lives(&operator(), &part, &model).await.unwrap(), []);
     for (serial, failure_fh) in [("b", 125.0), ("a", 130.0), ("c", 200.0)] {

@@ -3,8 +3,8 @@ use proptest::{prelude::*, test_runner::TestRunner};
 use store::{LifeCursor, Store};
 
 use crate::fixture::{
-    Database, bundle, component, day, drain, estimate, later_upload, lease, operator, results, serve, states, tail,
-    upload,
+    Database, bundle, component, day, drain, estimate, later_upload, lease, life_inputs, operator, results, serve,
+    states, tail, upload,
 };
 
 async fn store_life(store: &Store, hours: &[f64]) -> Vec<Estimate> {
@@ -75,11 +75,11 @@ async fn results_replace_states_from_a_block_on_and_keep_the_earlier_ones() {
     let before = states(&store_life(&store, &[0.0, 20.0, 40.0, 60.0]).await);
     store.accept(&operator(), later_upload("late", "0001", 25.0), day(0.0)).await.unwrap();
     let lease = lease(&store).await;
-    let mut results = results(&store.life_inputs(&lease).await.unwrap());
+    let mut results = results(&life_inputs(&store, &lease).await);
     results.states.retain(|state| state.block >= before[1].block);
     results.states_from = Some(before[1].block);
     let expected: Vec<_> = before[..1].iter().chain(&results.states).cloned().collect();
-    store.complete(&lease, results).await.unwrap();
+    store.complete(&lease, vec![results]).await.unwrap();
     assert_eq!(store.states(&component("0001"), None, None, None, 100).await.unwrap(), expected);
     assert_ne!(expected, before);
 }
@@ -91,7 +91,7 @@ async fn the_prognosis_issued_last_is_served() {
     for (id, hours) in [("u1", 0.0), ("u2", 10.0)] {
         store.accept(&operator(), later_upload(id, "0001", hours), day(0.0)).await.unwrap();
         let lease = lease(&store).await;
-        let expected = results(&store.life_inputs(&lease).await.unwrap()).prognosis;
+        let expected = results(&life_inputs(&store, &lease).await).prognosis;
         serve(&store, &lease).await;
         let installed = store.installed(&operator(), &tail("EC-MXA")).await.unwrap();
         assert_eq!((installed.len(), &installed[0].prognosis), (1, &expected));

@@ -2,7 +2,9 @@ use domain::{OperatorId, SetAsideReason, Upload};
 use store::{Options, Receipt, StoreError, UploadState};
 use tokio::task::JoinSet;
 
-use crate::fixture::{Database, bundle, day, drain, estimate, lease, operator, results, set_aside, upload};
+use crate::fixture::{
+    Database, bundle, day, drain, estimate, lease, life_inputs, operator, results, set_aside, upload,
+};
 
 #[tokio::test]
 async fn a_name_is_taken_for_ever_and_its_content_decides() {
@@ -59,10 +61,10 @@ async fn an_upload_that_is_set_aside_says_why_and_waits_no_longer() {
     let store = database.ready().await;
     store.accept(&operator(), upload("u1", "0001"), day(0.0)).await.unwrap();
     let lease = lease(&store).await;
-    let mut results = results(&store.life_inputs(&lease).await.unwrap());
+    let mut results = results(&life_inputs(&store, &lease).await);
     results.estimates.clear();
     results.set_aside.push(set_aside("u1", SetAsideReason::NotFinite));
-    store.complete(&lease, results).await.unwrap();
+    store.complete(&lease, vec![results]).await.unwrap();
     let record = store.upload(&operator(), &"u1".parse().unwrap()).await.unwrap().unwrap();
     assert_eq!(
         record.state,

@@ -2,8 +2,8 @@ use domain::{OperatorId, SetAsideReason, Upload, UploadId};
 use store::{Installation, InstalledTail, LifeCursor, Store, UploadStateKind};
 
 use crate::fixture::{
-    Database, INCREDIBLE_FH, bundle, component, day, drain, estimate, later_upload, lease, operator, results,
-    set_aside, tail, upload,
+    Database, INCREDIBLE_FH, bundle, component, day, drain, estimate, later_upload, lease, life_inputs, operator,
+    results, set_aside, tail, upload,
 };
 
 /// All of a state, in pages of a size.
@@ -39,11 +39,11 @@ async fn with_every_state(store: &Store) {
         }
         accept(store, "excluded", serial, 9).await;
         let lease = lease(store).await;
-        let mut results = results(&store.life_inputs(&lease).await.unwrap());
+        let mut results = results(&life_inputs(&store, &lease).await);
         results.estimates.retain(|estimate| !estimate.upload_id.as_str().starts_with("aside"));
         let aside = (0..3).map(|i| set_aside(&name("aside", serial, i), SetAsideReason::NotFinite));
         results.set_aside = aside.collect();
-        store.complete(&lease, results).await.unwrap();
+        store.complete(&lease, vec![results]).await.unwrap();
         for i in 0..3 {
             let voided = name("voided", serial, i).parse().unwrap();
             store.void_upload(&operator(), &voided, day(0.0)).await.unwrap();

@@ -1,7 +1,9 @@
 use domain::ContentHash;
 use store::StoreError;
 
-use crate::fixture::{Database, bundle, bundle_body, component, day, drain, lease, mask, operator, upload};
+use crate::fixture::{
+    Database, bundle, bundle_body, component, day, drain, lease, life_inputs, mask, operator, upload,
+};
 
 #[tokio::test]
 async fn a_registered_bundle_reads_back_and_registering_it_again_changes_nothing() {
@@ -61,7 +63,7 @@ async fn a_life_is_judged_by_the_bundle_that_was_active_at_its_first_upload() {
     for (id, serial, judge) in [("u2", "old", "one"), ("u3", "new", "two")] {
         store.accept(&operator(), upload(id, serial), day(1.0)).await.unwrap();
         let lease = lease(&store).await;
-        let inputs = store.life_inputs(&lease).await.unwrap();
+        let inputs = life_inputs(&store, &lease).await;
         assert_eq!(inputs.life.component, component(serial));
         assert_eq!((inputs.generation.number, inputs.generation.model), (1, bundle(judge).hash));
     }

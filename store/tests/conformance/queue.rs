@@ -8,7 +8,8 @@ use store::{Completion, Options, Store};
 use tokio::{task::JoinSet, time::timeout};
 
 use crate::fixture::{
-    Database, HandClock, LEASE, component, day, drain, later_upload, lease, operator, results, serve, upload,
+    Database, HandClock, LEASE, component, day, drain, later_upload, lease, life_inputs, operator, results, serve,
+    upload,
 };
 
 /// Longer than anything here takes: only a hang runs into it.
@@ -44,13 +45,13 @@ async fn an_upload_during_processing_leaves_its_component_waiting() {
     let store = database.ready().await;
     accept(&store, "u1", "0001").await;
     let first = lease(&store).await;
-    let inputs = store.life_inputs(&first).await.unwrap();
+    let inputs = life_inputs(&store, &first).await;
     accept(&store, "u2", "0001").await;
-    assert_eq!(store.complete(&first, results(&inputs)).await.unwrap(), Completion::Done);
+    assert_eq!(store.complete(&first, vec![results(&inputs)]).await.unwrap(), Completion::Done);
     assert_eq!(store.pending().await.unwrap(), 1);
     let second = lease(&store).await;
     assert!(second.fence > first.fence);
-    let inputs = store.life_inputs(&second).await.unwrap();
+    let inputs = life_inputs(&store, &second).await;
     assert_eq!(inputs.unestimated.iter().map(|one| &one.upload).collect::<Vec<_>>(), [&upload("u2", "0001")]);
     assert_eq!(inputs.estimates.len(), 1);
     assert_eq!(serve(&store, &second).await, Completion::Done);
@@ -173,12 +174,12 @@ async fn leaser(store: Store, held: Arc<Mutex<HashSet<String>>>, estimated: Arc<
         };
         let serial = lease.component.serial_number.to_string();
         assert!(held.lock().unwrap().insert(serial.clone()), "{serial} is held twice");
-        let inputs = store.life_inputs(&lease).await.unwrap();
+        let inputs = life_inputs(&store, &lease).await;
         let results = results(&inputs);
         let ids: Vec<_> = results.estimates.iter().map(|e| e.upload_id.to_string()).collect();
         tokio::task::yield_now().await;
         assert!(held.lock().unwrap().remove(&serial));
-        assert_eq!(store.complete(&lease, results).await.unwrap(), Completion::Done);
+        assert_eq!(store.complete(&lease, vec![results]).await.unwrap(), Completion::Done);
         estimated.lock().unwrap().extend(ids);
     }
 }

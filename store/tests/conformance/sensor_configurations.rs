@@ -2,7 +2,7 @@ use domain::Upload;
 use store::{Addition, Completion, Store, StoreError, UploadState};
 
 use crate::fixture::{
-    Database, component, configuration, day, drain, later_upload, lease, operator, results, tail, upload,
+    Database, component, configuration, day, drain, later_upload, lease, life_inputs, operator, results, tail, upload,
 };
 
 async fn add(store: &Store, tail_name: &str, from: f64, gain_noise: f64) -> Addition {
@@ -78,10 +78,10 @@ async fn what_is_voided_stays_so_and_what_is_set_aside_is_tried_again() {
     }
     store.void_upload(&operator(), &"voided".parse().unwrap(), day(0.0)).await.unwrap();
     let lease = lease(&store).await;
-    let mut results = results(&store.life_inputs(&lease).await.unwrap());
+    let mut results = results(&life_inputs(&store, &lease).await);
     results.estimates.retain(|estimate| estimate.upload_id.as_str() != "aside");
     results.set_aside.push(crate::fixture::set_aside("aside", domain::SetAsideReason::NotFinite));
-    store.complete(&lease, results).await.unwrap();
+    store.complete(&lease, vec![results]).await.unwrap();
     add(&store, "EC-MXA", -1.0, 0.01).await;
     let state = async |id: &str| store.upload(&operator(), &id.parse().unwrap()).await.unwrap().unwrap().state;
     assert_eq!(state("kept").await, UploadState::Pending);
@@ -95,9 +95,9 @@ async fn results_computed_by_another_configuration_are_refused() {
     let store = database.ready().await;
     store.accept(&operator(), upload("u1", "0001"), day(0.0)).await.unwrap();
     let early = lease(&store).await;
-    let inputs = store.life_inputs(&early).await.unwrap();
+    let inputs = life_inputs(&store, &early).await;
     add(&store, "EC-MXA", -1.0, 0.01).await;
-    assert_eq!(store.complete(&early, results(&inputs)).await.unwrap(), Completion::Fenced);
+    assert_eq!(store.complete(&early, vec![results(&inputs)]).await.unwrap(), Completion::Fenced);
     drain(&store).await;
     assert_eq!(used(&store).await, [Some(0.01)]);
 }

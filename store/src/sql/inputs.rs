@@ -1,0 +1,53 @@
+//! What a worker reads for a lease.
+
+use std::collections::HashSet;
+
+use domain::{Component, Timestamp, Upload};
+
+use super::{
+    Connection, Engine,
+    history::{self, EstimateRange, StateRange},
+    lives::{self, Overhauls, Waiting},
+    queue, sensor_configurations, uploads,
+};
+use crate::{Lease, LifeInputs, StoreError};
+
+impl Engine {
+    pub(crate) async fn life_inputs(&self, lease: &Lease) -> Result<Vec<LifeInputs>, StoreError> {
+        let component = &lease.component;
+        let mut transaction = self.read(&component.operator).await?;
+        let processed = queue::processed_revision(&mut transaction, component).await?;
+        let overhauls = lives::overhauls(&mut transaction, component).await?;
+        let mut inputs = Vec::new();
+        for life in lives::waiting(&mut transaction, component, processed).await? {
+            inputs.push(inputs_of(&mut transaction, component, life, &overhauls).await?);
+        }
+        Ok(inputs)
+    }
+}
+
+async fn inputs_of(
+    connection: &mut Connection,
+    component: &Component,
+    Waiting { pointer, answering }: Waiting,
+    overhauls: &Overhauls,
+) -> Result<LifeInputs, StoreError> {
+    let estimates = history::estimates(connection, component, pointer, EstimateRange::ALL).await?;
+    let mut unestimated: Vec<(Upload, Timestamp)> = if pointer.generation == answering {
+        uploads::waiting(connection, component).await?
+    } else {
+        let estimated: HashSet<_> = estimates.iter().map(|estimate| &estimate.upload_id).collect();
+        let mut all = uploads::not_voided(connection, component).await?;
+        all.retain(|(upload, _)| !estimated.contains(&upload.upload_id));
+        all
+    };
+    unestimated
+        .retain(|(upload, _)| overhauls.life_at(upload.flight_hours, upload.recorded_at) == pointer.overhaul_index);
+    Ok(LifeInputs {
+        life: pointer.life(component)?,
+        generation: lives::generation(connection, component, pointer).await?,
+        unestimated: sensor_configurations::in_force(connection, &component.operator, unestimated).await?,
+        estimates,
+        states: history::states(connection, component, pointer, StateRange::ALL).await?,
+    })
+}
