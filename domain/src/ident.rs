@@ -82,12 +82,17 @@ name!(
 name!(
     /// A manufacturer's part number.
     PartNumber, "part_number", "1 to 32 printable characters without blanks at the ends",
-    printable
+    |t| printable(t, 32)
 );
 name!(
     /// The serial number of one unit of a part number.
     SerialNumber, "serial_number", "1 to 32 printable characters without blanks at the ends",
-    printable
+    |t| printable(t, 32)
+);
+name!(
+    /// What a token is called by those who look after it.
+    TokenName, "name", "1 to 64 printable characters without blanks at the ends",
+    |t| printable(t, 64)
 );
 name!(
     /// An upload's name, chosen by the aircraft, unique for ever within its operator.
@@ -111,8 +116,8 @@ fn of_chars(text: &str, min: usize, max: usize, accepts: impl Fn(char) -> bool) 
     (min..=max).contains(&text.len()) && text.chars().all(accepts)
 }
 
-fn printable(text: &str) -> bool {
-    text.trim() == text && (1..=32).contains(&text.chars().count()) && !text.chars().any(char::is_control)
+fn printable(text: &str, max: usize) -> bool {
+    text.trim() == text && (1..=max).contains(&text.chars().count()) && !text.chars().any(char::is_control)
 }
 
 #[cfg(test)]

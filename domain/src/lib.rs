@@ -3,6 +3,7 @@
 //! This crate never does I/O, never asks the time and holds no randomness of its own: clocks and
 //! seeds are arguments everywhere.
 
+pub mod audit;
 pub mod bundle_summary;
 pub mod component;
 pub mod estimate;
@@ -16,6 +17,7 @@ pub mod maintenance;
 pub mod mask;
 pub mod metric;
 pub mod normal;
+pub mod principal;
 pub mod prognosis;
 pub mod random;
 pub mod rul;
@@ -24,8 +26,10 @@ pub mod sensor_configuration;
 pub mod set_aside;
 pub mod state;
 pub mod time;
+pub mod token;
 pub mod upload;
 
+pub use audit::{Act, Action, Actor, AuditRecord};
 pub use bundle_summary::BundleSummary;
 pub use component::{Component, Life};
 pub use estimate::{Diagnosis, Estimate, Outcome};
@@ -33,10 +37,11 @@ pub use explanation::{Doubt, DoubtKind, Explanation};
 pub use fault::{FaultGroup, FaultModel, FaultVector};
 pub use hash::ContentHash;
 pub use hinge_load::{HingeLoad, LoadSource};
-pub use ident::{EventId, OperatorId, PartNumber, Position, SerialNumber, TailNumber, UploadId};
+pub use ident::{EventId, OperatorId, PartNumber, Position, SerialNumber, TailNumber, TokenName, UploadId};
 pub use invalid::{Invalid, Violation};
 pub use maintenance::{EventKind, Finding, MaintenanceEvent};
 pub use mask::{Coordinate, Mask};
+pub use principal::{Permission, Principal, Scope};
 pub use prognosis::{AsOf, FaultTrend, Prognosis, Propagation, Status};
 pub use random::Stream;
 pub use rul::RulDistribution;
@@ -45,6 +50,7 @@ pub use sensor_configuration::SensorConfiguration;
 pub use set_aside::{SetAside, SetAsideReason};
 pub use state::State;
 pub use time::Timestamp;
+pub use token::{Secret, SecretHash, Token, TokenId};
 pub use upload::{AirData, LoadRatio, Strain, Upload};
 
 /// Raised only when the numbers served for the same input may change.

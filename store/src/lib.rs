@@ -9,6 +9,7 @@
 //! results, models and priors carry a checksum; a damaged row is an error that names it, never a wrong
 //! answer. Checkpoints are a cache: a damaged one is as good as none.
 
+mod audit;
 mod checkpoint;
 mod component;
 mod digest;
@@ -24,10 +25,12 @@ mod prior;
 mod sensor_configuration;
 mod sqlite;
 mod store;
+mod token;
 mod upload;
 mod verification;
 mod work;
 
+pub use audit::{AuditChain, AuditDamage};
 pub use checkpoint::Checkpoint;
 pub use component::{ComponentRecord, LifeRecord};
 pub use digest::Digest;
@@ -42,6 +45,7 @@ pub use options::{Clock, Options};
 pub use prior::PriorRecord;
 pub use sensor_configuration::{Addition, TailConfiguration};
 pub use store::Store;
+pub use token::{Revocation, TokenRecord, TokenRefusal};
 pub use upload::{Receipt, Retrial, UploadRecord, UploadState, UploadStateKind, Voiding};
 pub use verification::{DamagedRow, Verification};
 pub use work::{Completion, Generation, Lease, LifeInputs, LifeResults, Unestimated, WorkFigures};

@@ -3,15 +3,15 @@
 use std::{sync::Arc, time::Duration};
 
 use domain::{
-    BundleSummary, Component, ContentHash, Estimate, EventId, MaintenanceEvent, OperatorId, PartNumber, Position,
-    SensorConfiguration, State, TailNumber, Timestamp, Upload, UploadId,
+    Act, Actor, AuditRecord, BundleSummary, Component, ContentHash, Estimate, EventId, MaintenanceEvent, OperatorId,
+    PartNumber, Position, SensorConfiguration, State, TailNumber, Timestamp, TokenId, Upload, UploadId,
 };
 
 use crate::{
-    Addition, BundleRecord, Checkpoint, Completion, ComponentRecord, Digest, EventReceipt, EventRecord, FinishedLife,
-    Installation, Installed, InstalledTail, IssuedLife, Lease, Lesson, LifeCursor, LifeInputs, LifeResults, Options,
-    PriorRecord, PublishedMask, Receipt, Retrial, StoreError, TailConfiguration, UploadRecord, UploadStateKind,
-    Verification, Voiding, WorkFigures, sqlite,
+    Addition, AuditChain, BundleRecord, Checkpoint, Completion, ComponentRecord, Digest, EventReceipt, EventRecord,
+    FinishedLife, Installation, Installed, InstalledTail, IssuedLife, Lease, Lesson, LifeCursor, LifeInputs,
+    LifeResults, Options, PriorRecord, PublishedMask, Receipt, Retrial, Revocation, StoreError, TailConfiguration,
+    TokenRecord, UploadRecord, UploadStateKind, Verification, Voiding, WorkFigures, sqlite,
 };
 
 /// A database of the service. Clones share it.
@@ -57,6 +57,52 @@ impl Store {
     /// Whether the database answers and its writer runs.
     pub async fn ping(&self) -> Result<(), StoreError> {
         backend!(self, ping())
+    }
+
+    /// Keeps a new token, whose secret nobody but its owner knows.
+    pub async fn create_token(&self, token: &TokenRecord, actor: Actor) -> Result<(), StoreError> {
+        backend!(self, create_token(token, actor))
+    }
+
+    /// The tokens of an operator, revoked and expired ones too, the oldest first.
+    pub async fn tokens(&self, operator: &OperatorId) -> Result<Vec<TokenRecord>, StoreError> {
+        backend!(self, tokens(operator))
+    }
+
+    /// The token of this id, whoever's it is: only for finding out who calls.
+    pub async fn token(&self, id: &TokenId) -> Result<Option<TokenRecord>, StoreError> {
+        backend!(self, token(id))
+    }
+
+    /// Whether any token was ever created: from then on, callers must show one.
+    pub async fn has_tokens(&self) -> Result<bool, StoreError> {
+        backend!(self, has_tokens())
+    }
+
+    /// Revokes a token of this operator for ever; `None` for an unknown one. Idempotent.
+    pub async fn revoke_token(
+        &self,
+        operator: &OperatorId,
+        id: &TokenId,
+        act: Act,
+    ) -> Result<Option<Revocation>, StoreError> {
+        backend!(self, revoke_token(operator, id, act))
+    }
+
+    /// The records of an operator's audit log, or of the installation's, from the first one after place
+    /// `after` (0 for all), in their order.
+    pub async fn audit(
+        &self,
+        operator: Option<&OperatorId>,
+        after: u64,
+        limit: u32,
+    ) -> Result<Vec<AuditRecord>, StoreError> {
+        backend!(self, audit(operator, after, limit))
+    }
+
+    /// Follows every chain of the audit log to its end, or to where it is broken.
+    pub async fn verify_audit(&self) -> Result<Vec<AuditChain>, StoreError> {
+        backend!(self, verify_audit())
     }
 
     /// Keeps a bundle and publishes its masks for ever. Idempotent.

@@ -4,10 +4,10 @@ mod fixture;
 
 use std::{fs, path::Path};
 
-use domain::{ContentHash, Finding, SetAsideReason};
+use domain::{Actor, ContentHash, Finding, SetAsideReason};
 use fixture::{
     Database, bundle, component, configuration, day, drain, finding, later_upload, life_inputs, operator, prior,
-    results, tail, upload,
+    results, tail, token, upload,
 };
 use metrics_exporter_prometheus::PrometheusBuilder;
 use sqlx::{Connection, Executor, SqliteConnection, migrate::Migrator, sqlite::SqliteConnectOptions};
@@ -189,6 +189,7 @@ async fn with_history() -> Database {
     let event = finding("end", "0001", Finding::Failed, 1000.0);
     store.record_event(&operator(), &event, day(0.0)).await.unwrap();
     store.add_prior(&operator(), &prior("learned", 10, 0.0), b"learned").await.unwrap();
+    store.create_token(&token(&operator(), 2).1, Actor::Cli).await.unwrap();
     store.close().await;
     database
 }
@@ -273,6 +274,25 @@ async fn the_body_of_another_row_is_not_taken_for_a_rows_own() {
     assert!(execute(&database.path(), swap).await > 1);
     let served = served(&database.open().await).await;
     assert!(matches!(served, Err(StoreError::Corrupt { .. })), "{served:?}");
+}
+
+#[tokio::test]
+async fn a_damaged_token_lets_nobody_in() {
+    for damage in [
+        "update tokens set operator = 'elsewhere'",
+        "update tokens set scope = 'admin'",
+        "update tokens set tail = 'EC-MXB', scope = 'aircraft'",
+        "update tokens set name = null",
+        "update tokens set secret_hash = zeroblob(32)",
+        "update tokens set created_at = created_at + 1",
+        "update tokens set expires_at = null",
+        "update tokens set revoked_at = 1",
+    ] {
+        let database = with_history().await;
+        assert_eq!(execute(&database.path(), damage).await, 1);
+        let found = database.open().await.token(&token(&operator(), 2).0.id).await;
+        assert!(matches!(found, Err(StoreError::Corrupt { .. })), "{damage}: {found:?}");
+    }
 }
 
 #[tokio::test]
@@ -490,7 +510,7 @@ async fn what_cannot_be_read_as_it_is_is_refused_untouched() {
     assert!(!database.path().exists());
     let old = of_first_schema(&with_history().await).await;
     let refused = Store::open_read_only(&old.url()).await.err().unwrap();
-    assert!(matches!(refused, StoreError::OlderSchema { version: 1, own: 3 }), "{refused:?}");
+    assert!(matches!(refused, StoreError::OlderSchema { version: 1, .. }), "{refused:?}");
     old.open().await.close().await;
     Store::open_read_only(&old.url()).await.unwrap();
 }

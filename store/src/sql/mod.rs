@@ -5,6 +5,7 @@
 //! of a component takes the component's row in the queue before it changes anything.
 
 mod aside;
+mod audit;
 mod checkpoints;
 mod components;
 mod correct;
@@ -26,6 +27,7 @@ mod results;
 mod row;
 mod sensor_configurations;
 mod served;
+mod tokens;
 mod uploads;
 mod utilisation;
 mod verify;

@@ -8,7 +8,7 @@ use sqlx::FromRow;
 
 use super::{
     Connection, Database, Engine, checkpoints, events, history, models, priors, prognoses, sensor_configurations,
-    uploads,
+    tokens, uploads,
 };
 use crate::{DamagedRow, StoreError, Verification};
 
@@ -38,6 +38,7 @@ async fn sources(connection: &mut Connection) -> Result<Verification, StoreError
     uploads::verify(connection, &mut found).await?;
     events::verify(connection, &mut found).await?;
     sensor_configurations::verify_all(connection, &mut found).await?;
+    tokens::verify_all(connection, &mut found).await?;
     Ok(found)
 }
 

@@ -16,3 +16,4 @@ mod order;
 mod priors;
 mod queue;
 mod sensor_configurations;
+mod tokens;

@@ -1,0 +1,158 @@
+//! The audit log: records are appended in the transaction of the act itself, and never changed.
+
+use domain::{Act, Action, AuditRecord, ContentHash, OperatorId};
+use serde_json::Value;
+
+use super::{
+    Connection, Engine,
+    row::{corrupt, count, encode, hash, parse},
+};
+use crate::{AuditChain, AuditDamage, StoreError};
+
+const AUDIT: &str = "audit";
+/// The chain of the installation, as no operator can be called.
+const INSTALLATION: &str = "";
+/// How many records are checked at a time.
+const PAGE: u32 = 1000;
+
+impl Engine {
+    pub(crate) async fn audit(
+        &self,
+        operator: Option<&OperatorId>,
+        after: u64,
+        limit: u32,
+    ) -> Result<Vec<AuditRecord>, StoreError> {
+        let rows = self.audit_rows(operator, after, limit).await?;
+        rows.into_iter().map(|row| row.record(operator)).collect()
+    }
+
+    pub(crate) async fn verify_audit(&self) -> Result<Vec<AuditChain>, StoreError> {
+        let sql = "select distinct operator from audit order by operator";
+        let names: Vec<String> = sqlx::query_scalar(sql).fetch_all(&mut *self.read_all().await?).await?;
+        let mut chains = Vec::with_capacity(names.len());
+        for name in names {
+            let operator = if name == INSTALLATION { None } else { Some(parse(AUDIT, &name)?) };
+            chains.push(self.verify_chain(operator).await?);
+        }
+        Ok(chains)
+    }
+
+    async fn verify_chain(&self, operator: Option<OperatorId>) -> Result<AuditChain, StoreError> {
+        let newest = AuditRecord::origin(operator.as_ref());
+        let mut chain = AuditChain { operator, records: 0, newest, damage: None };
+        // One page after the other, so that no transaction is open for long.
+        loop {
+            let rows = self.audit_rows(chain.operator.as_ref(), chain.records, PAGE).await?;
+            let last = rows.len() < PAGE as usize;
+            for row in rows {
+                if let Err(damage) = row.follows(&chain) {
+                    chain.damage = Some(damage);
+                    return Ok(chain);
+                }
+                chain.records += 1;
+                chain.newest = ContentHash::of(&row.body);
+            }
+            if last {
+                return Ok(chain);
+            }
+        }
+    }
+
+    async fn audit_rows(
+        &self,
+        operator: Option<&OperatorId>,
+        after: u64,
+        limit: u32,
+    ) -> Result<Vec<AuditRow>, StoreError> {
+        let mut connection = match operator {
+            Some(operator) => self.read(operator).await?,
+            None => self.read_all().await?,
+        };
+        let rows = sqlx::query_as(
+            "select sequence, body, hash from audit where operator = $1 and sequence > $2 order by sequence limit $3",
+        )
+        .bind(chain_column(operator))
+        .bind(i64::try_from(after).unwrap_or(i64::MAX))
+        .bind(i64::from(limit))
+        .fetch_all(&mut *connection)
+        .await?;
+        Ok(rows)
+    }
+}
+
+fn chain_column(operator: Option<&OperatorId>) -> &str {
+    operator.map_or(INSTALLATION, OperatorId::as_str)
+}
+
+#[derive(sqlx::FromRow)]
+struct AuditRow {
+    sequence: i64,
+    body: Vec<u8>,
+    hash: Vec<u8>,
+}
+
+impl AuditRow {
+    fn record(&self, operator: Option<&OperatorId>) -> Result<AuditRecord, StoreError> {
+        let damaged = |detail: &dyn std::fmt::Display| corrupt(&(AUDIT, operator, self.sequence), detail);
+        if hash(AUDIT, &self.hash)? != ContentHash::of(&self.body) {
+            return Err(damaged(&"its content is not that of its hash"));
+        }
+        let record: AuditRecord = serde_json::from_slice(&self.body).map_err(|error| damaged(&error))?;
+        if record.operator.as_ref() != operator || record.sequence != count::<u64>(AUDIT, self.sequence)? {
+            return Err(damaged(&"it was written for another place"));
+        }
+        Ok(record)
+    }
+
+    /// Whether it is the record that comes next in a chain.
+    fn follows(&self, chain: &AuditChain) -> Result<(), AuditDamage> {
+        let sequence = chain.records + 1;
+        let damage = |detail: String| Err(AuditDamage { sequence, detail });
+        if i64::try_from(sequence) != Ok(self.sequence) {
+            return damage(format!("it is missing: record {} comes next", self.sequence));
+        }
+        match self.record(chain.operator.as_ref()) {
+            Err(StoreError::Corrupt { detail, .. }) => damage(detail),
+            Err(error) => damage(error.to_string()),
+            Ok(record) if record.previous != chain.newest => {
+                damage(format!("it follows a record with hash {}, not {}", record.previous, chain.newest))
+            }
+            Ok(_) => Ok(()),
+        }
+    }
+}
+
+/// What is to be recorded: who does what to which.
+pub(super) struct Entry<'a> {
+    pub(super) operator: Option<&'a OperatorId>,
+    pub(super) act: Act,
+    pub(super) action: Action,
+    pub(super) subject: String,
+    /// No secret.
+    pub(super) detail: Value,
+}
+
+/// Appends a record to a chain. The caller's transaction is alone with the operator, or with the models.
+pub(super) async fn append(connection: &mut Connection, entry: Entry<'_>) -> Result<(), StoreError> {
+    let Entry { operator, act: Act { actor, at }, action, subject, detail } = entry;
+    let newest: Option<(i64, Vec<u8>)> =
+        sqlx::query_as("select sequence, hash from audit where operator = $1 order by sequence desc limit 1")
+            .bind(chain_column(operator))
+            .fetch_optional(&mut *connection)
+            .await?;
+    let (sequence, previous) = match newest {
+        None => (0, AuditRecord::origin(operator)),
+        Some((sequence, bytes)) => (count(AUDIT, sequence)?, hash(AUDIT, &bytes)?),
+    };
+    let sequence: u64 = sequence + 1;
+    let record = AuditRecord { operator: operator.cloned(), sequence, at, actor, action, subject, detail, previous };
+    let body = encode("audit record", &record)?;
+    sqlx::query("insert into audit (operator, sequence, body, hash) values ($1, $2, $3, $4)")
+        .bind(chain_column(operator))
+        .bind(i64::try_from(sequence).expect("a chain is shorter than 2^63"))
+        .bind(&body)
+        .bind(&ContentHash::of(body.as_bytes()).bytes()[..])
+        .execute(connection)
+        .await?;
+    Ok(())
+}
