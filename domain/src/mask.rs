@@ -26,10 +26,27 @@ impl Coordinate {
 /// A mask is an object of its own, named by the hash of its content: bundles come and go, a
 /// published mask stays accepted by every bundle of the same coordinate and map length.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "Unchecked")]
 pub struct Mask {
     coordinate: Coordinate,
     map_length: usize,
     bins: Vec<usize>,
+}
+
+/// What claims to be a mask.
+#[derive(Deserialize)]
+struct Unchecked {
+    coordinate: Coordinate,
+    map_length: usize,
+    bins: Vec<usize>,
+}
+
+impl TryFrom<Unchecked> for Mask {
+    type Error = Invalid;
+
+    fn try_from(Unchecked { coordinate, map_length, bins }: Unchecked) -> Result<Self, Invalid> {
+        Self::new(coordinate, map_length, bins)
+    }
 }
 
 impl Mask {
@@ -75,6 +92,11 @@ impl Mask {
         self.bins.len()
     }
 
+    /// Whether whoever reads samples at one of two masks can read those at the other.
+    pub fn reads_alike(&self, other: &Self) -> bool {
+        (self.coordinate, self.map_length) == (other.coordinate, other.map_length)
+    }
+
     /// Never true: kept for the convention.
     pub fn is_empty(&self) -> bool {
         self.bins.is_empty()
@@ -104,5 +126,8 @@ mod tests {
         let refused = Mask::new(Coordinate::ElectricalAngleRad, 4, vec![0, 4, 0]).unwrap_err();
         let pointers: Vec<_> = refused.violations.iter().map(|v| v.pointer.as_str()).collect();
         assert_eq!(pointers, ["#/bins/1", "#/bins/2"]);
+        let text = r#"{"coordinate":"electrical_angle_rad","map_length":4,"bins":[0,4]}"#;
+        let refused = serde_json::from_str::<Mask>(text).unwrap_err().to_string();
+        assert!(refused.contains("bin 4 is outside a map of 4"), "{refused}");
     }
 }

@@ -91,6 +91,30 @@ pub enum BundleError {
     /// There is nothing to sample by.
     #[error("the bundle has no mask")]
     NoMask,
+    /// Its masks are of several kinds of map.
+    #[error("masks {first} and {other} are of maps of different coordinate or length")]
+    MixedMasks {
+        /// The first mask.
+        first: ContentHash,
+        /// One of another kind of map.
+        other: ContentHash,
+    },
+    /// No upload at this mask can be diagnosed.
+    #[error("mask {mask} has {points} points, a diagnosis needs {needed}")]
+    FewPoints {
+        /// The mask.
+        mask: ContentHash,
+        /// Its points.
+        points: usize,
+        /// Fewest samples of a diagnosis.
+        needed: usize,
+    },
+    /// A diagnosis knows other faults than the bundle.
+    #[error("the diagnosis {which} load ratio knows other faults than the bundle")]
+    Faults {
+        /// Which of them: `with` or `without`.
+        which: &'static str,
+    },
 }
 
 impl Bundle {
@@ -102,6 +126,24 @@ impl Bundle {
         let mut bytes = serde_json::to_vec(self).expect("bundles serialise: no maps with non-text keys");
         bytes.push(b'\n');
         bytes
+    }
+
+    /// Refuses parts that do not fit together.
+    fn check(&self) -> Result<(), BundleError> {
+        let first = self.masks.first().ok_or(BundleError::NoMask)?;
+        for (which, diagnoser) in [("with", &self.with_load_ratio), ("without", &self.without_load_ratio)] {
+            if diagnoser.fault_model != self.faults {
+                return Err(BundleError::Faults { which });
+            }
+            let needed = diagnoser.needed_samples();
+            if let Some(mask) = self.masks.iter().find(|mask| mask.len() < needed) {
+                return Err(BundleError::FewPoints { mask: mask.id(), points: mask.len(), needed });
+            }
+        }
+        match self.masks.iter().find(|mask| !mask.reads_alike(first)) {
+            Some(other) => Err(BundleError::MixedMasks { first: first.id(), other: other.id() }),
+            None => Ok(()),
+        }
     }
 }
 
@@ -136,9 +178,7 @@ impl Model {
             return Err(BundleError::Format(header.format));
         }
         let bundle: Bundle = serde_json::from_slice(bytes)?;
-        if bundle.masks.is_empty() {
-            return Err(BundleError::NoMask);
-        }
+        bundle.check()?;
         let mut model = Self {
             hash: ContentHash::of(bytes),
             prior: Arc::new(Prior::new(bundle.prior.clone())),

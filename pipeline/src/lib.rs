@@ -16,6 +16,7 @@ mod metrics;
 mod movement;
 mod outlook;
 mod prior;
+mod rehearsal;
 mod training;
 
 pub use bundle::{Bundle, BundleError, Model, Provenance};
@@ -30,4 +31,5 @@ pub use metrics::{DiagnosisMetrics, Metrics, SurrogateMetrics, Validation};
 pub use outlook::{Checkpoint, LifeContext, Outlook, OutlookError};
 pub use prior::{PastLife, Prior};
 pub use reduction::{ImportanceSampling, Prior as GappyPrior};
+pub use rehearsal::RehearsalError;
 pub use training::{Progress, TrainError, TrainSettings, train};

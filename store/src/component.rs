@@ -2,7 +2,7 @@
 
 use domain::Timestamp;
 
-use crate::{Generation, Installation, LifeCursor};
+use crate::{Generation, GenerationRecord, Installation, LifeCursor};
 
 /// A component with its lives and the places where it was installed.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +22,8 @@ pub struct LifeRecord {
     pub overhaul_index: u32,
     /// Its active generation.
     pub generation: Generation,
+    /// All of its generations, by number: those that answered before, and one that has still to be made.
+    pub generations: Vec<GenerationRecord>,
     /// Its first upload that counts, in the order of the life; `None` while none has an estimate.
     pub first: Option<LifeCursor>,
     /// Its last upload that counts.

@@ -1,6 +1,6 @@
 //! The handle that everyone else holds.
 
-use std::{sync::Arc, time::Duration};
+use std::{path::Path, sync::Arc, time::Duration};
 
 use domain::{
     Act, Actor, AuditRecord, BundleSummary, Component, ContentHash, Estimate, EventId, MaintenanceEvent, OperatorId,
@@ -10,8 +10,8 @@ use domain::{
 use crate::{
     Addition, AuditChain, BundleRecord, Checkpoint, Completion, ComponentRecord, Digest, EventReceipt, EventRecord,
     FinishedLife, Installation, Installed, InstalledTail, IssuedLife, Lease, Lesson, LifeCursor, LifeInputs,
-    LifeResults, Options, PriorRecord, PublishedMask, Receipt, Retrial, Revocation, StoreError, TailConfiguration,
-    TokenRecord, UploadRecord, UploadStateKind, Verification, Voiding, WorkFigures, sqlite,
+    LifeResults, ModelUse, Options, PriorRecord, PublishedMask, Receipt, Retrial, Revocation, StoreError,
+    TailConfiguration, TokenRecord, UploadRecord, UploadStateKind, Verification, Voiding, WorkFigures, sqlite,
 };
 
 /// A database of the service. Clones share it.
@@ -120,6 +120,18 @@ impl Store {
         backend!(self, activate_bundle(hash, now))
     }
 
+    /// Lets a bundle with its newest prior judge all lives, of all operators: announces a generation of each
+    /// life that is judged otherwise, and returns of how many. Workers make them; what answers now answers
+    /// until then. It may be called again after an interruption.
+    pub async fn judge_all_lives_by(&self, model: &ContentHash) -> Result<u64, StoreError> {
+        backend!(self, judge_all_lives_by(model))
+    }
+
+    /// How many lives each bundle judges, over all operators; bundles that judge none are left out.
+    pub async fn model_use(&self) -> Result<Vec<ModelUse>, StoreError> {
+        backend!(self, model_use())
+    }
+
     /// All bundles, the oldest first.
     pub async fn bundles(&self) -> Result<Vec<BundleRecord>, StoreError> {
         backend!(self, bundles())
@@ -171,10 +183,9 @@ impl Store {
         backend!(self, finished_lives(operator, part_number, model))
     }
 
-    /// Of an operator's finished lives, those that failed last, the newest failure first; of each, and of
-    /// the generation that answers for it, the first prognosis with a forecast that was issued in every
-    /// stretch of `every_fh` hours before the failure. Stretches begin at multiples of `every_fh`, which
-    /// is positive.
+    /// Of an operator's finished lives, those that failed last, the newest failure first; of each the first
+    /// prognosis with a forecast that was issued in every stretch of `every_fh` hours before the failure, by
+    /// whatever generation answered then. Stretches begin at multiples of `every_fh`, which is positive.
     pub async fn issued_on_finished_lives(
         &self,
         operator: &OperatorId,
@@ -342,6 +353,35 @@ impl Store {
     /// The digest of all estimates and states.
     pub async fn digest(&self) -> Result<Digest, StoreError> {
         backend!(self, digest())
+    }
+
+    /// Whether anything waits for a worker: an upload, or a generation that has still to be made.
+    pub async fn work_waits(&self) -> Result<bool, StoreError> {
+        backend!(self, work_waits())
+    }
+
+    /// Throws away what follows from uploads and events, for workers to find it anew: of each operator where
+    /// its components were installed (which is found anew at once), and of the next components behind
+    /// `after` all results of the generations that answer and will answer. Returns the last of these
+    /// components, to go on behind it, or `None` when there is none. Prognoses that were issued stay, and so do
+    /// generations that answered before.
+    pub async fn forget_derived(
+        &self,
+        after: Option<&Component>,
+        now: Timestamp,
+    ) -> Result<Option<Component>, StoreError> {
+        backend!(self, forget_derived(after, now))
+    }
+
+    /// Writes a copy of an SQLite database as of one moment to a new file; whoever writes to the database is
+    /// not held up.
+    pub async fn copy_to(&self, path: &Path) -> Result<(), StoreError> {
+        backend!(self, copy_to(path))
+    }
+
+    /// What is wrong with the structure of an SQLite file, in its own words; nothing if it is sound.
+    pub async fn check_structure(&self) -> Result<Vec<String>, StoreError> {
+        backend!(self, check_structure())
     }
 
     /// Compares every row that carries a checksum with it, over all operators. Damaged rows are part of the

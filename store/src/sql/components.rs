@@ -3,12 +3,12 @@
 use domain::{Component, Timestamp};
 
 use super::{
-    Engine, endings,
+    Engine, endings, generations,
     history::{self, End},
     installations, lives,
     row::{BindKey, count},
 };
-use crate::{ComponentRecord, LifeRecord, StoreError};
+use crate::{ComponentRecord, GenerationRecord, LifeRecord, StoreError};
 
 impl Engine {
     pub(crate) async fn component(&self, component: &Component) -> Result<Option<ComponentRecord>, StoreError> {
@@ -22,11 +22,13 @@ impl Engine {
         let Some((enrolled_at,)) = enrolled else { return Ok(None) };
         let pointers = lives::all(&mut transaction, component).await?;
         let mut endings = endings::of_component(&mut transaction, component).await?;
+        let generations = generations::of_component(&mut transaction, component).await?;
         let mut lives = Vec::with_capacity(pointers.len());
         for pointer in pointers {
             lives.push(LifeRecord {
                 overhaul_index: count("lives", pointer.overhaul_index)?,
                 generation: lives::generation(&mut transaction, component, pointer).await?,
+                generations: of_life(&generations, pointer.overhaul_index),
                 first: history::end_of_life(&mut transaction, component, pointer, End::First).await?,
                 last: history::end_of_life(&mut transaction, component, pointer, End::Last).await?,
                 found_failed_fh: endings.remove(&pointer.overhaul_index),
@@ -35,4 +37,10 @@ impl Engine {
         let installations = installations::of_component(&mut transaction, component).await?;
         Ok(Some(ComponentRecord { enrolled_at: Timestamp::from_micros(enrolled_at), lives, installations }))
     }
+}
+
+/// The generations of one life.
+fn of_life(generations: &[(i64, GenerationRecord)], overhaul_index: i64) -> Vec<GenerationRecord> {
+    let own = generations.iter().filter(|(of, _)| *of == overhaul_index);
+    own.map(|(_, record)| record.clone()).collect()
 }

@@ -246,7 +246,7 @@ impl Write for Void {
 }
 
 /// Finds the event that ends the newest life of a component, or that none does any longer.
-async fn find_end(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
+pub(super) async fn find_end(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
     sqlx::query(
         "update lives set ended_by = (
            select e.event_id from maintenance_events e

@@ -12,6 +12,8 @@
 //! those that it ended go on up to their next contradiction. *Requires:* the observation's upload is
 //! stored before, or marked as voided before.
 
+use std::collections::BTreeMap;
+
 use domain::{Component, OperatorId, Position, TailNumber, Timestamp, Upload};
 
 use super::{
@@ -137,6 +139,48 @@ pub(super) async fn observe(
         .execute(connection)
         .await?;
     Ok(())
+}
+
+/// Makes the periods of an operator anew, from all of its uploads that are not voided.
+pub(super) async fn remake(connection: &mut Connection, operator: &OperatorId) -> Result<(), StoreError> {
+    let mut periods = Periods::default();
+    uploads::each_in_time(connection, operator, |component, upload| {
+        let from = Moment { at: upload.recorded_at.micros(), upload_id: upload.upload_id.as_str().to_owned() };
+        periods.see(Period { component, tail: upload.tail, position: upload.position, from, to: None });
+    })
+    .await?;
+    sqlx::query("delete from installations where operator = $1")
+        .bind(operator.as_str())
+        .execute(&mut *connection)
+        .await?;
+    for period in periods.ended.iter().chain(periods.open.values()) {
+        insert(connection, period).await?;
+    }
+    Ok(())
+}
+
+/// Periods out of observations in the order of time: their definition, word by word.
+#[derive(Default)]
+struct Periods {
+    ended: Vec<Period>,
+    /// By place; each component has one at most.
+    open: BTreeMap<(TailNumber, Position), Period>,
+}
+
+impl Periods {
+    fn see(&mut self, seen: Period) {
+        let place = (seen.tail.clone(), seen.position.clone());
+        if self.open.get(&place).is_some_and(|holder| holder.component == seen.component) {
+            return;
+        }
+        let elsewhere = self.open.iter().find(|(_, period)| period.component == seen.component);
+        let elsewhere = elsewhere.map(|(place, _)| place.clone());
+        for place in [Some(place.clone()), elsewhere].into_iter().flatten() {
+            let holder = self.open.remove(&place);
+            self.ended.extend(holder.map(|holder| Period { to: Some(seen.from.clone()), ..holder }));
+        }
+        self.open.insert(place, seen);
+    }
 }
 
 /// The period that holds the place at the moment at which `seen` begins.

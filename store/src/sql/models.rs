@@ -73,6 +73,13 @@ pub(super) async fn active(connection: &mut Connection) -> Result<Option<BundleS
     Ok(row.map(BundleRow::record).transpose()?.map(|record| record.summary))
 }
 
+/// The bundle of a hash.
+pub(super) async fn summary(connection: &mut Connection, model: &ContentHash) -> Result<BundleSummary, StoreError> {
+    let sql = "select hash, summary, active, added_at, checksum from bundles where hash = $1";
+    let row: Option<BundleRow> = sqlx::query_as(sql).bind(&model.bytes()[..]).fetch_optional(connection).await?;
+    Ok(row.ok_or(StoreError::UnknownBundle(*model))?.record()?.summary)
+}
+
 #[derive(sqlx::FromRow)]
 struct BundleRow {
     hash: Vec<u8>,

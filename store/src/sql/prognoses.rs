@@ -87,30 +87,32 @@ impl PrognosisRow {
 }
 
 /// Of each stretch of `every_fh` hours before a life's failure, the first prognosis with a forecast that
-/// was issued, in the order of hours. (A cast rounds towards zero, and hours are not negative.)
+/// was issued, by whatever generation answered then, in the order of hours. (A cast rounds towards zero, and
+/// hours are not negative.)
 pub(super) async fn first_of_each_stretch(
     connection: &mut Connection,
     life: &Ending,
     every_fh: f64,
 ) -> Result<Vec<Prognosis>, StoreError> {
-    let rows: Vec<PrognosisRow> = sqlx::query_as(
-        "select fence, issued_at, body, checksum, forecast_from_fh from prognoses
-         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation = $5
+    let rows: Vec<IssuedRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, overhaul_index, generation, fence, issued_at, body, checksum,
+                forecast_from_fh
+         from prognoses
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4
            and fence in (
              select min(p.fence) from prognoses p
              where p.operator = $1 and p.part_number = $2 and p.serial_number = $3 and p.overhaul_index = $4
-               and p.generation = $5 and p.forecast_from_fh < $6
-             group by cast(p.forecast_from_fh / $7 as integer))
+               and p.forecast_from_fh < $5
+             group by cast(p.forecast_from_fh / $6 as integer))
          order by forecast_from_fh, fence",
     )
     .bind_component(&life.component)
     .bind(life.pointer.overhaul_index)
-    .bind(life.pointer.generation)
     .bind(life.failure_fh)
     .bind(every_fh)
     .fetch_all(connection)
     .await?;
-    rows.iter().map(|row| row.prognosis(&life.component, life.pointer)).collect()
+    rows.into_iter().map(IssuedRow::prognosis).collect()
 }
 
 #[derive(sqlx::FromRow)]
@@ -123,13 +125,16 @@ struct IssuedRow {
     row: PrognosisRow,
 }
 
+impl IssuedRow {
+    fn prognosis(self) -> Result<Prognosis, StoreError> {
+        self.row.prognosis(&self.key.component(PROGNOSES)?, self.pointer)
+    }
+}
+
 /// Checks every prognosis that was ever issued.
 pub(super) async fn verify(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
     let sql = "select operator, part_number, serial_number, overhaul_index, generation, fence, issued_at, body,
                       checksum, forecast_from_fh
                from prognoses order by operator, part_number, serial_number, overhaul_index, generation, fence";
-    verify::each(connection, PROGNOSES, sql, found, |IssuedRow { key, pointer, row }| {
-        row.prognosis(&key.component(PROGNOSES)?, pointer).map(|_| ())
-    })
-    .await
+    verify::each(connection, PROGNOSES, sql, found, |row: IssuedRow| row.prognosis().map(|_| ())).await
 }

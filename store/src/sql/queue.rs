@@ -44,6 +44,11 @@ impl Engine {
         })
     }
 
+    pub(crate) async fn work_waits(&self) -> Result<bool, StoreError> {
+        let sql = "select exists (select 1 from component_queue where input_revision > processed_revision)";
+        Ok(sqlx::query_scalar(sql).fetch_one(&mut *self.read_all().await?).await?)
+    }
+
     /// When the next component can be leased, if any waits.
     pub(crate) async fn next_due(&self) -> Result<Option<Timestamp>, StoreError> {
         let due: Option<i64> = sqlx::query_scalar(

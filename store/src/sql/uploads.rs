@@ -1,6 +1,7 @@
 //! Uploads as they came, and where they stand.
 
 use domain::{Component, OperatorId, Timestamp, Upload, UploadId};
+use futures_util::StreamExt;
 
 use super::{
     Connection, Engine, aside,
@@ -385,6 +386,32 @@ pub(super) async fn leave_inbox(connection: &mut Connection, key: &UploadKey) ->
     .bind_upload(key)
     .execute(connection)
     .await?;
+    Ok(())
+}
+
+/// Hands out every upload of an operator that is not voided, in the order of (recorded_at, upload_id).
+pub(super) async fn each_in_time(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    mut see: impl FnMut(Component, Upload),
+) -> Result<(), StoreError> {
+    let mut rows = sqlx::query_as::<_, UploadRow>(
+        "select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, u.received_at, u.body,
+                u.checksum
+         from uploads u
+         where u.operator = $1
+           and not exists (
+             select 1 from voided v
+             where v.operator = u.operator and v.part_number = u.part_number and v.serial_number = u.serial_number
+               and v.recorded_at = u.recorded_at and v.upload_id = u.upload_id)
+         order by u.recorded_at, u.upload_id",
+    )
+    .bind(operator.as_str())
+    .fetch(connection);
+    while let Some(row) = rows.next().await {
+        let (upload, _) = row?.upload()?;
+        see(upload.component(operator), upload);
+    }
     Ok(())
 }
 

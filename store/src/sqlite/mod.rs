@@ -1,6 +1,7 @@
 //! SQLite: one process owns the file, one task owns the writing connection, a few connections read.
 
 mod available;
+mod backup;
 mod open;
 #[allow(clippy::duplicate_mod, reason = "compiled once for each database, with its types")]
 #[path = "../sql/mod.rs"]

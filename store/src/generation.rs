@@ -1,0 +1,38 @@
+//! Which bundles judge which lives.
+
+use domain::ContentHash;
+
+use crate::Generation;
+
+/// A generation of a life, and where it stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GenerationRecord {
+    /// Its number, and by what it judges.
+    pub generation: Generation,
+    /// Where it stands.
+    pub state: GenerationState,
+    /// How many uploads have an estimate in it.
+    pub estimates: u64,
+}
+
+/// Where a generation stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GenerationState {
+    /// A worker has still to make it.
+    Waits,
+    /// Answers are made of it.
+    Answers,
+    /// Another one answers in its place; it is kept as it was then.
+    Kept,
+}
+
+/// How many lives a bundle judges, over all operators.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ModelUse {
+    /// The bundle.
+    pub model: ContentHash,
+    /// Lives for which it answers.
+    pub answering: u64,
+    /// Lives for which it will answer once their generation is made.
+    pub waiting: u64,
+}

@@ -1,0 +1,266 @@
+//! Generations of lives: each a bundle with a prior that judges the whole life.
+//!
+//! Card. *What:* the newest generation of a life is the one that workers make; the one that `lives` points
+//! at answers. *Update rule:* a new generation is announced in the queue like an input; a worker makes it from
+//! all uploads of the life and lets it answer in the transaction that holds its results. One that was
+//! never made is dropped when another takes its place. *Invariant:* generations of one life never share results.
+
+use domain::{BundleSummary, Component, ContentHash, OperatorId, Timestamp};
+
+use super::{
+    Connection, Engine,
+    lives::LifePointer,
+    models, operators, priors, queue,
+    row::{BindKey, ComponentColumns, count, hash},
+    write::{Reach, Write},
+};
+use crate::{Generation, GenerationRecord, GenerationState, ModelUse, StoreError};
+
+const GENERATIONS: &str = "generations";
+/// Components in one transaction.
+const BATCH: u32 = 50;
+
+impl Engine {
+    pub(crate) async fn judge_all_lives_by(&self, model: &ContentHash) -> Result<u64, StoreError> {
+        let operators = operators::all(&mut *self.read_all().await?).await?;
+        let mut announced = 0;
+        for operator in operators {
+            let mut after = None;
+            loop {
+                let batch = self.write(Announce { operator: operator.clone(), model: *model, after }).await?;
+                announced += batch.announced;
+                after = batch.last;
+                if after.is_none() {
+                    break;
+                }
+            }
+        }
+        Ok(announced)
+    }
+
+    pub(crate) async fn model_use(&self) -> Result<Vec<ModelUse>, StoreError> {
+        let rows: Vec<UseRow> = sqlx::query_as(
+            "select g.model,
+                    sum(case when g.number = l.generation then 1 else 0 end) as answering,
+                    sum(case when g.number > l.generation then 1 else 0 end) as waiting
+             from lives l join generations g
+               on g.operator = l.operator and g.part_number = l.part_number and g.serial_number = l.serial_number
+              and g.overhaul_index = l.overhaul_index
+             group by g.model order by g.model",
+        )
+        .fetch_all(&mut *self.read_all().await?)
+        .await?;
+        rows.into_iter().map(UseRow::model_use).collect()
+    }
+}
+
+#[derive(sqlx::FromRow)]
+struct UseRow {
+    model: Vec<u8>,
+    answering: i64,
+    waiting: i64,
+}
+
+impl UseRow {
+    fn model_use(self) -> Result<ModelUse, StoreError> {
+        Ok(ModelUse {
+            model: hash(GENERATIONS, &self.model)?,
+            answering: count(GENERATIONS, self.answering)?,
+            waiting: count(GENERATIONS, self.waiting)?,
+        })
+    }
+}
+
+#[derive(Debug, Clone, sqlx::FromRow)]
+struct GenerationRow {
+    overhaul_index: i64,
+    number: i64,
+    model: Vec<u8>,
+    prior: Vec<u8>,
+    answering: i64,
+    estimates: i64,
+}
+
+impl GenerationRow {
+    fn record(self) -> Result<(i64, GenerationRecord), StoreError> {
+        let state = match self.number.cmp(&self.answering) {
+            std::cmp::Ordering::Less => GenerationState::Kept,
+            std::cmp::Ordering::Equal => GenerationState::Answers,
+            std::cmp::Ordering::Greater => GenerationState::Waits,
+        };
+        let generation = Generation {
+            number: count(GENERATIONS, self.number)?,
+            model: hash(GENERATIONS, &self.model)?,
+            prior: hash(GENERATIONS, &self.prior)?,
+        };
+        let estimates = count("estimates", self.estimates)?;
+        Ok((self.overhaul_index, GenerationRecord { generation, state, estimates }))
+    }
+}
+
+/// The generations of all lives of a component, with the overhaul index of each, in this order.
+pub(super) async fn of_component(
+    connection: &mut Connection,
+    component: &Component,
+) -> Result<Vec<(i64, GenerationRecord)>, StoreError> {
+    let rows: Vec<GenerationRow> = sqlx::query_as(
+        "select g.overhaul_index, g.number, g.model, g.prior, l.generation as answering,
+                (select count(*) from estimates e
+                 where e.operator = g.operator and e.part_number = g.part_number
+                   and e.serial_number = g.serial_number and e.overhaul_index = g.overhaul_index
+                   and e.generation = g.number) as estimates
+         from generations g join lives l
+           on l.operator = g.operator and l.part_number = g.part_number and l.serial_number = g.serial_number
+          and l.overhaul_index = g.overhaul_index
+         where g.operator = $1 and g.part_number = $2 and g.serial_number = $3
+         order by g.overhaul_index, g.number",
+    )
+    .bind_component(component)
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(GenerationRow::record).collect()
+}
+
+/// Announces generations by a bundle for the lives of the next components of an operator.
+struct Announce {
+    operator: OperatorId,
+    model: ContentHash,
+    after: Option<Component>,
+}
+
+/// What a batch has come to.
+struct Batch {
+    /// Lives that have a new generation.
+    announced: u64,
+    /// The last component of the batch; `None` when there is none behind it.
+    last: Option<Component>,
+}
+
+impl Write for Announce {
+    type Output = Batch;
+
+    fn reach(&self) -> Reach<'_> {
+        Reach::Operator(&self.operator)
+    }
+
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<Batch, StoreError> {
+        let bundle = models::summary(connection, &self.model).await?;
+        let components = next_components(connection, &self.operator, self.after.as_ref(), BATCH).await?;
+        let mut batch = Batch { announced: 0, last: None };
+        for component in &components {
+            batch.announced += judge(connection, component, &bundle, now).await?;
+        }
+        batch.last = components.into_iter().nth(BATCH as usize - 1);
+        Ok(batch)
+    }
+}
+
+/// The next components of an operator after one, in the order of their keys.
+pub(super) async fn next_components(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    after: Option<&Component>,
+    limit: u32,
+) -> Result<Vec<Component>, StoreError> {
+    let rows: Vec<ComponentColumns> = sqlx::query_as(
+        "select operator, part_number, serial_number from components
+         where operator = $1 and (part_number, serial_number) > ($2, $3)
+         order by part_number, serial_number limit $4",
+    )
+    .bind(operator.as_str())
+    .bind(after.map_or("", |component| component.part_number.as_str()))
+    .bind(after.map_or("", |component| component.serial_number.as_str()))
+    .bind(i64::from(limit))
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(|row| row.component("components")).collect()
+}
+
+/// Lets a bundle with its newest prior judge all lives of a component; how many have a new generation.
+/// What already is as it should be is left alone, so that nothing is computed twice.
+async fn judge(
+    connection: &mut Connection,
+    component: &Component,
+    bundle: &BundleSummary,
+    now: Timestamp,
+) -> Result<u64, StoreError> {
+    let prior = priors::newest(connection, component, &bundle.hash).await?.unwrap_or(bundle.prior);
+    let wanted = (bundle.hash, prior);
+    if judged_otherwise(connection, component, wanted).await?.is_empty() {
+        return Ok(0);
+    }
+    // No worker changes what answers once the component's row in the queue is held.
+    queue::revise(connection, component, now).await?;
+    let mut announced = 0;
+    for (answering, by) in judged_otherwise(connection, component, wanted).await? {
+        drop_unmade(connection, component, answering).await?;
+        if by != wanted {
+            let next = LifePointer { generation: answering.generation + 1, ..answering };
+            insert(connection, component, next, wanted).await?;
+            announced += 1;
+        }
+    }
+    Ok(announced)
+}
+
+/// A bundle and a prior.
+type Pair = (ContentHash, ContentHash);
+
+/// The lives of a component whose newest generation is by another pair: each with the generation that
+/// answers, and by which pair that one is.
+async fn judged_otherwise(
+    connection: &mut Connection,
+    component: &Component,
+    wanted: Pair,
+) -> Result<Vec<(LifePointer, Pair)>, StoreError> {
+    let mut otherwise = Vec::new();
+    let records = of_component(connection, component).await?;
+    for of_life in records.chunk_by(|(a, _), (b, _)| a == b) {
+        let pair = |record: &GenerationRecord| (record.generation.model, record.generation.prior);
+        let answering = of_life.iter().find(|(_, record)| record.state == GenerationState::Answers);
+        let (Some((overhaul_index, answers)), Some((_, newest))) = (answering, of_life.last()) else { continue };
+        if pair(newest) != wanted {
+            let pointer = LifePointer { overhaul_index: *overhaul_index, generation: answers.generation.number.into() };
+            otherwise.push((pointer, pair(answers)));
+        }
+    }
+    Ok(otherwise)
+}
+
+/// Drops the generations of a life that were announced and not made.
+async fn drop_unmade(
+    connection: &mut Connection,
+    component: &Component,
+    answering: LifePointer,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "delete from generations
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and number > $5",
+    )
+    .bind_component(component)
+    .bind(answering.overhaul_index)
+    .bind(answering.generation)
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+async fn insert(
+    connection: &mut Connection,
+    component: &Component,
+    pointer: LifePointer,
+    (model, prior): Pair,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into generations (operator, part_number, serial_number, overhaul_index, number, model, prior)
+         values ($1, $2, $3, $4, $5, $6, $7)",
+    )
+    .bind_component(component)
+    .bind(pointer.overhaul_index)
+    .bind(pointer.generation)
+    .bind(&model.bytes()[..])
+    .bind(&prior.bytes()[..])
+    .execute(connection)
+    .await?;
+    Ok(())
+}
