@@ -2,21 +2,26 @@
 
 mod clock;
 mod command;
+mod database;
 mod default_model;
 mod exit;
 mod files;
+mod health;
 mod hindsight;
 mod progress;
 mod scorer;
 mod service;
 mod table;
 mod telemetry;
+mod work;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::command::{backtest, demo, diagnose, due, loads, serve, simulate, train, verify};
+use crate::command::{
+    backtest, demo, diagnose, due, healthcheck, loads, migrate, serve, simulate, train, verify, worker,
+};
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
 #[derive(Debug, Parser)]
@@ -34,9 +39,12 @@ enum Command {
     Train(train::Arguments),
     Diagnose(diagnose::Arguments),
     Due(due::Arguments),
+    Healthcheck(healthcheck::Arguments),
     Loads(loads::Arguments),
+    Migrate(migrate::Arguments),
     Simulate(simulate::Arguments),
     Verify(verify::Arguments),
+    Worker(worker::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -51,9 +59,12 @@ fn main() -> ExitCode {
         Command::Train(arguments) => train::run(arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Due(arguments) => due::run(&arguments),
+        Command::Healthcheck(arguments) => healthcheck::run(&arguments),
         Command::Loads(arguments) => loads::run(&arguments),
+        Command::Migrate(arguments) => migrate::run(&arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Verify(arguments) => verify::run(&arguments),
+        Command::Worker(arguments) => worker::run(arguments),
     };
     exit::code(outcome)
 }

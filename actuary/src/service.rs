@@ -1,6 +1,8 @@
-//! Store, server and worker in one process: config -> store -> models -> spawn -> wait -> drain.
+//! The parts of one process around a store: what answers callers, what answers probes, what works.
+//! Config -> store -> models -> spawn -> wait -> drain.
 
 use std::{
+    io,
     net::{Ipv4Addr, SocketAddr},
     num::NonZeroUsize,
     sync::Arc,
@@ -8,82 +10,169 @@ use std::{
     time::Duration,
 };
 
-use anyhow::Result;
-use store::{Options, Store};
-use tokio::{net::TcpListener, task::JoinHandle};
+use anyhow::{Context, Result, anyhow};
+use store::Store;
+use tokio::{net::TcpListener, runtime::Runtime, task::JoinSet, time::timeout};
 use tokio_util::sync::CancellationToken;
 
-use crate::{clock::Clock, default_model, exit::Failure, scorer::IssuedScorer};
+use crate::{clock::Clock, database::Database, default_model, exit::Failure, scorer::IssuedScorer};
 
-/// How long an analysis may take before another worker takes over.
-const LEASE: Duration = Duration::from_secs(120);
+/// How long a worker without work waits before it looks again.
 const IDLE: Duration = Duration::from_secs(1);
+/// How long analyses under way may go on after the stop.
+const DRAIN: Duration = Duration::from_secs(5);
+/// Parts that have not ended by then are cut off; they have five seconds for what is under way.
+const STOP: Duration = Duration::from_secs(8);
+/// How long the database may take to be closed.
+const CLOSE: Duration = Duration::from_secs(1);
 
-/// What a service is started with.
+/// What a process is started with; what is `None` it does not do.
 pub struct Settings {
-    /// Where the data is: `sqlite:FILE`.
-    pub database_url: String,
-    /// Loopback port; 0 = any free one.
-    pub port: u16,
+    /// Where the data is.
+    pub database: Database,
     /// The present.
     pub clock: Clock,
+    /// Answers callers.
+    pub api: Option<Api>,
+    /// Answers probes at an address of their own.
+    pub probes: Option<SocketAddr>,
+    /// Analyses what was uploaded.
+    pub work: Option<Work>,
+}
+
+/// How callers are answered.
+pub struct Api {
+    /// Where; port 0 = any free one.
+    pub address: SocketAddr,
     /// Age from which data is stale.
     pub stale_after: Duration,
     /// Whether uploads enrol what is not known yet.
     pub enrol: bool,
 }
 
-/// A running service.
+/// How uploads are analysed.
+#[derive(Debug, Clone, Copy)]
+pub struct Work {
+    /// Components analysed at the same time.
+    pub lanes: NonZeroUsize,
+    /// How long a component is claimed: an analysis that takes longer is done again by another worker.
+    pub lease: Duration,
+}
+
+impl Default for Work {
+    /// One analysis per core, two minutes each.
+    fn default() -> Self {
+        Self { lanes: available_parallelism().unwrap_or(NonZeroUsize::MIN), lease: Duration::from_secs(120) }
+    }
+}
+
+/// A running process.
 pub struct Service {
     /// Its database.
     pub store: Store,
-    /// Where it listens.
-    pub address: SocketAddr,
+    /// Where it answers callers.
+    pub api: Option<SocketAddr>,
+    /// Where it answers probes besides.
+    pub probes: Option<SocketAddr>,
     shutdown: CancellationToken,
-    server: JoinHandle<()>,
-    worker: JoinHandle<()>,
+    parts: JoinSet<()>,
 }
 
 impl Service {
-    /// Opens the database, makes sure that a model is active, and starts server and worker.
+    /// Opens the database and starts what was asked for; whoever answers callers makes sure that a model
+    /// is active first.
     pub async fn start(settings: Settings) -> Result<Self> {
         // Before anything is recorded.
         let metrics = server::Metrics::install()?;
-        let listener = bind(settings.port).await?;
-        let address = listener.local_addr()?;
-        let store = Store::open(&settings.database_url, Options::default())
-            .await
-            .map_err(|error| Failure::BadInput(format!("{}: {error}", settings.database_url)))?;
-        default_model::provide(&store, (settings.clock)()).await?;
-        let shutdown = CancellationToken::new();
-        let worker_settings =
-            worker::Settings { concurrency: lanes(), lease: LEASE, idle: IDLE, clock: settings.clock.clone() };
-        let worker = tokio::spawn(worker::run(store.clone(), worker_settings, shutdown.clone()));
-        let state = server::State {
+        let api_listener = bind(settings.api.as_ref().map(|api| api.address)).await?;
+        let probes_listener = bind(settings.probes).await?;
+        let store = settings.database.open().await?;
+        let mut service = Self {
             store: store.clone(),
-            clock: settings.clock,
-            stale_after: settings.stale_after,
-            enrol: settings.enrol,
-            scorer: Arc::new(IssuedScorer),
-            metrics,
+            api: address(api_listener.as_ref())?,
+            probes: address(probes_listener.as_ref())?,
+            shutdown: CancellationToken::new(),
+            parts: JoinSet::new(),
         };
-        let server = tokio::spawn(server::serve(listener, state, shutdown.clone().cancelled_owned()));
-        Ok(Self { store, address, shutdown, server, worker })
+        let Self { shutdown, parts, .. } = &mut service;
+        let clock = settings.clock;
+        if let (Some(listener), Some(api)) = (api_listener, settings.api) {
+            default_model::provide(&store, clock()).await?;
+            let state = server::State {
+                store: store.clone(),
+                clock: clock.clone(),
+                stale_after: api.stale_after,
+                enrol: api.enrol,
+                scorer: Arc::new(IssuedScorer),
+                metrics: metrics.clone(),
+            };
+            parts.spawn(server::serve(listener, state, shutdown.clone().cancelled_owned()));
+        }
+        if let Some(listener) = probes_listener {
+            let probed = server::Probed { store: store.clone(), clock: clock.clone(), metrics: metrics.clone() };
+            parts.spawn(server::serve_probes(listener, probed, shutdown.clone().cancelled_owned()));
+        }
+        if let Some(Work { lanes, lease }) = settings.work {
+            let settings = worker::Settings { concurrency: lanes, lease, idle: IDLE, drain: DRAIN, clock };
+            parts.spawn(worker::run(store, settings, shutdown.clone()));
+        }
+        Ok(service)
     }
 
-    /// `http://` and the address.
-    pub fn url(&self) -> String {
-        format!("http://{}", self.address)
+    /// Says on standard output where it answers, one line each.
+    pub fn announce(&self) {
+        if let Some(address) = self.api {
+            println!("listening on http://{address}");
+        }
+        if let Some(address) = self.probes {
+            println!("probes on http://{address}");
+        }
     }
 
-    /// Stops taking requests, lets running work end, and closes the database.
-    pub async fn stop(self) -> Result<()> {
+    /// Runs until the process is told to stop, or until a part of it ends before.
+    pub async fn run(mut self) -> Result<()> {
+        let ended = tokio::select! {
+            () = interrupted() => Ok(()),
+            Some(ended) = self.parts.join_next() => Err(match ended {
+                Ok(()) => anyhow!("a part of the service ended"),
+                Err(error) => anyhow!(error).context("a part of the service ended"),
+            }),
+        };
+        let stopped = self.stop().await;
+        ended.and(stopped)
+    }
+
+    /// Takes no more requests and work, lets what is under way end, and closes the database: within ten
+    /// seconds, whatever hangs.
+    pub async fn stop(mut self) -> Result<()> {
         self.shutdown.cancel();
-        let served = self.server.await;
-        self.worker.await?;
-        self.store.close().await;
-        Ok(served?)
+        let ended = async {
+            while let Some(part) = self.parts.join_next().await {
+                part?;
+            }
+            Ok(())
+        };
+        let stopped = match timeout(STOP, ended).await {
+            Ok(ended) => ended,
+            Err(_) => {
+                tracing::warn!("what was still under way was cut off");
+                self.parts.shutdown().await;
+                Ok(())
+            }
+        };
+        if timeout(CLOSE, self.store.close()).await.is_err() {
+            tracing::warn!("the database was left before it was closed; what was acknowledged is in it");
+        }
+        stopped
     }
+}
+
+/// Runs a process on a runtime of its own; computations that still run at its end are left alone.
+pub fn on_runtime(process: impl Future<Output = Result<()>>) -> Result<()> {
+    let runtime = Runtime::new().context("cannot start")?;
+    let outcome = runtime.block_on(process);
+    runtime.shutdown_background();
+    outcome
 }
 
 /// Ends at SIGINT or SIGTERM.
@@ -101,14 +190,17 @@ pub async fn interrupted() {
     }
 }
 
-/// Loopback only: there is no way yet to tell callers apart.
-async fn bind(port: u16) -> Result<TcpListener> {
-    let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
-    let refuse = |error: std::io::Error| Failure::BadInput(format!("cannot listen on {address}: {error}"));
-    Ok(TcpListener::bind(address).await.map_err(refuse)?)
+/// An address that only this machine reaches.
+pub fn loopback(port: u16) -> SocketAddr {
+    SocketAddr::from((Ipv4Addr::LOCALHOST, port))
 }
 
-/// One analysis per core.
-fn lanes() -> NonZeroUsize {
-    available_parallelism().unwrap_or(NonZeroUsize::MIN)
+async fn bind(address: Option<SocketAddr>) -> Result<Option<TcpListener>> {
+    let Some(address) = address else { return Ok(None) };
+    let refuse = |error: io::Error| Failure::BadInput(format!("cannot listen on {address}: {error}"));
+    Ok(Some(TcpListener::bind(address).await.map_err(refuse)?))
+}
+
+fn address(listener: Option<&TcpListener>) -> io::Result<Option<SocketAddr>> {
+    listener.map(TcpListener::local_addr).transpose()
 }

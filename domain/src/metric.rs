@@ -73,14 +73,22 @@ pub const COMMIT_FAILURES: Metric =
 /// Uploads that wait for the writer.
 pub const UPLOAD_QUEUE: Metric =
     metric("upload_queue_waiting", MetricKind::Gauge, "Uploads in memory that wait for the disk, unacknowledged.");
-/// Leases that ended; label `outcome`: `done`, `fenced` (another worker took over), `failed`.
+/// Leases that ended; label `outcome`: `done`, `fenced` (another worker took over), `failed`, `returned` (the worker
+/// stopped first).
 pub const LEASES: Metric = metric("leases_total", MetricKind::Counter, "Leases of components that ended, by outcome.");
 /// Time to analyse one component.
 pub const ANALYSIS_SECONDS: Metric =
     metric("analysis_seconds", MetricKind::Seconds, "Time to analyse one component: estimates, states, prognosis.");
 
+/// Parts of the worker that ended abnormally and were started again.
+pub const WORKER_RESTARTS: Metric = metric(
+    "worker_restarts_total",
+    MetricKind::Counter,
+    "Parts of the worker that ended abnormally and were started again.",
+);
+
 /// Every figure.
-pub const ALL: [Metric; 13] = [
+pub const ALL: [Metric; 14] = [
     HTTP_REQUEST_SECONDS,
     GRPC_REQUEST_SECONDS,
     UPLOADS,
@@ -94,4 +102,5 @@ pub const ALL: [Metric; 13] = [
     UPLOAD_QUEUE,
     LEASES,
     ANALYSIS_SECONDS,
+    WORKER_RESTARTS,
 ];

@@ -32,8 +32,9 @@ use domain::Timestamp;
 use store::Store;
 
 pub use prometheus::{Metrics, NoRecorder};
+pub use rest::Probed;
 pub use scoreboard::Scorer;
-pub use serve::serve;
+pub use serve::{serve, serve_probes};
 
 /// Tells the present.
 pub type Clock = Arc<dyn Fn() -> Timestamp + Send + Sync>;

@@ -3,7 +3,7 @@
 //! Crates record through the `metrics` facade under the names of [`domain::metric`]; here they are
 //! described, given buckets, and served. Labels never name a tail, a component or an operator.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use axum::{
     extract::{MatchedPath, Request, State as Extract},
@@ -14,15 +14,18 @@ use axum::{
 use domain::metric::{self, MetricKind};
 use metrics::{Unit, describe_counter, describe_gauge, describe_histogram, gauge, histogram};
 use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, PrometheusHandle};
+use tokio::time::timeout;
 use tonic::Code;
 
-use crate::app::Shared;
+use crate::Probed;
 
 /// Upper ends of the buckets of every duration, s.
 const BUCKETS_S: [f64; 15] =
     [0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0];
 /// Upper ends of the buckets of every number of things.
 const BUCKETS: [f64; 10] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
+/// A database that does not tell how much work waits by then is away.
+const TOLD_WITHIN: Duration = Duration::from_secs(2);
 /// The text format.
 const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
@@ -65,21 +68,25 @@ impl Metrics {
     get, path = "/metrics", tag = "probes", operation_id = "metrics",
     responses((status = 200, description = "Prometheus' text format", body = String, content_type = "text/plain"))
 )]
-pub async fn metrics(Extract(shared): Extract<Shared>) -> Response {
-    tell_work(&shared).await;
-    ([(CONTENT_TYPE, TEXT)], shared.state.metrics.0.render()).into_response()
+pub async fn metrics(Extract(probed): Extract<Probed>) -> Response {
+    tell_work(&probed).await;
+    ([(CONTENT_TYPE, TEXT)], probed.metrics.0.render()).into_response()
 }
 
 /// Figures of the database, as they are now; NaN when it does not answer, so that nothing old looks fresh.
-async fn tell_work(shared: &Shared) {
-    let figures = shared.state.store.work_figures().await;
+async fn tell_work(probed: &Probed) {
+    let figures = timeout(TOLD_WITHIN, probed.store.work_figures()).await;
     let [pending, oldest_s, set_aside] = match figures {
-        Ok(figures) => {
-            let waiting_h = figures.oldest_pending_since.map_or(0.0, |since| (shared.state.clock)().hours_since(since));
+        Ok(Ok(figures)) => {
+            let waiting_h = figures.oldest_pending_since.map_or(0.0, |since| (probed.clock)().hours_since(since));
             [figures.pending as f64, (3600.0 * waiting_h).max(0.0), figures.set_aside as f64]
         }
-        Err(error) => {
+        Ok(Err(error)) => {
             tracing::error!(%error, "the database does not tell how much work waits");
+            [f64::NAN; 3]
+        }
+        Err(_) => {
+            tracing::error!("the database does not tell in time how much work waits");
             [f64::NAN; 3]
         }
     };

@@ -24,6 +24,7 @@ use crate::{app::Shared, prometheus};
 
 pub use body::MAX_UPLOAD_BYTES;
 pub use due::threshold;
+pub use probes::{Probed, router as probes};
 
 #[derive(OpenApi)]
 #[openapi(

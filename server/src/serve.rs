@@ -15,7 +15,7 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 
-use crate::{State, app};
+use crate::{Metrics, Probed, State, app, rest};
 
 /// A client that has not finished its header by then is cut off; it bounds idle connections too.
 const HEADER_TIMEOUT: Duration = Duration::from_secs(20);
@@ -33,8 +33,24 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 pub async fn serve(listener: TcpListener, state: State, shutdown: impl Future<Output = ()>) {
     let stopping = CancellationToken::new();
     let metrics = state.metrics.clone();
-    let mut upkeep = tokio::time::interval(UPKEEP);
     let router = app::router(state, stopping.clone()).await;
+    answer(listener, router, metrics, stopping, shutdown).await;
+}
+
+/// Serves the probes of a process and nothing else, in the same manner.
+pub async fn serve_probes(listener: TcpListener, probed: Probed, shutdown: impl Future<Output = ()>) {
+    let metrics = probed.metrics.clone();
+    answer(listener, rest::probes(probed), metrics, CancellationToken::new(), shutdown).await;
+}
+
+async fn answer(
+    listener: TcpListener,
+    router: Router,
+    metrics: Metrics,
+    stopping: CancellationToken,
+    shutdown: impl Future<Output = ()>,
+) {
+    let mut upkeep = tokio::time::interval(UPKEEP);
     let builder = builder();
     let graceful = GracefulShutdown::new();
     let mut connections = JoinSet::new();

@@ -1,9 +1,13 @@
 //! What the end-to-end tests share: the real binary, real processes, real sockets.
 
+mod cluster;
+
+pub use cluster::Cluster;
+
 use std::{
     io::{BufRead, BufReader},
     path::{Path, PathBuf},
-    process::{Child, ChildStdout, Command, Output, Stdio},
+    process::{Child, ChildStdout, Command, ExitStatus, Output, Stdio},
     time::{Duration, Instant},
 };
 
@@ -22,7 +26,7 @@ pub fn run(arguments: &[&str]) -> Output {
     Command::new(binary()).args(arguments).output().expect("the binary starts")
 }
 
-/// A service of its own process; killed without warning when dropped.
+/// A service, or a worker with probes, in a process of its own; killed without warning when dropped.
 pub struct Service {
     child: Child,
     // Kept open: a closed pipe would end a service that still speaks.
@@ -34,16 +38,37 @@ pub struct Service {
 impl Service {
     /// Starts `actuary serve` on a database file; port 0 takes any free one.
     pub fn start(database: &Path, port: u16) -> Self {
-        let mut child = Command::new(binary())
-            .args(["serve", "--database-url", &format!("sqlite:{}", database.display()), "--port", &port.to_string()])
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the binary starts");
+        let mut command = Command::new(binary());
+        command.args(["serve", "--database-url", &format!("sqlite:{}", database.display())]);
+        Self::spawn(command.args(["--port", &port.to_string()])).expect("the service says where it listens")
+    }
+
+    /// Starts a process of the binary; `None` when it ends before it says where it answers.
+    pub fn spawn(command: &mut Command) -> Option<Self> {
+        let mut child = command.stdout(Stdio::piped()).spawn().expect("the binary starts");
         let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
         let mut line = String::new();
-        stdout.read_line(&mut line).expect("the service says where it listens");
-        let url = line.trim().strip_prefix("listening on ").expect("the address").to_owned();
-        Self { child, _stdout: stdout, url }
+        stdout.read_line(&mut line).expect("a line of text");
+        let Some((_, url)) = line.trim().split_once(" on ") else {
+            child.wait().expect("it ended");
+            return None;
+        };
+        Some(Self { child, _stdout: stdout, url: url.to_owned() })
+    }
+
+    /// Sends it a signal, such as `STOP`.
+    pub fn signal(&self, name: &str) {
+        let id = self.child.id().to_string();
+        let sent = Command::new("kill").args(["-s", name, &id]).status().expect("kill is there");
+        assert!(sent.success(), "signal {name} to process {id}");
+    }
+
+    /// SIGTERM; how it ended, and after how long.
+    pub fn terminate(mut self) -> (ExitStatus, Duration) {
+        let begun = Instant::now();
+        self.signal("TERM");
+        let status = self.child.wait().expect("it ended");
+        (status, begun.elapsed())
     }
 
     /// The port it listens on.

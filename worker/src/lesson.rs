@@ -21,7 +21,11 @@ pub async fn learn(store: Store, analyst: Arc<Analyst>, settings: Settings, shut
     let settings = Settings { idle: PAUSE, ..settings };
     while !shutdown.is_cancelled() {
         match store.lessons().await {
-            Ok(lessons) => take_all(lessons, &store, &analyst.models, &settings, &shutdown).await,
+            // A lesson may take minutes. It is a function of what the store holds, so one that is left is taken again.
+            Ok(lessons) => tokio::select! {
+                () = take_all(lessons, &store, &analyst.models, &settings) => {}
+                () = shutdown.cancelled() => {}
+            },
             Err(error) => tracing::error!(%error, "cannot look for what there is to learn"),
         }
         wait(std::future::pending(), &settings, &shutdown).await;
@@ -29,17 +33,8 @@ pub async fn learn(store: Store, analyst: Arc<Analyst>, settings: Settings, shut
 }
 
 /// Takes one lesson after the other; one that fails keeps no other waiting.
-async fn take_all(
-    lessons: Vec<Lesson>,
-    store: &Store,
-    models: &Models,
-    settings: &Settings,
-    shutdown: &CancellationToken,
-) {
+async fn take_all(lessons: Vec<Lesson>, store: &Store, models: &Models, settings: &Settings) {
     for lesson in lessons {
-        if shutdown.is_cancelled() {
-            return;
-        }
         if let Err(error) = take(&lesson, store, models, settings).await {
             let Lesson { operator, part_number, .. } = &lesson;
             tracing::error!(%operator, %part_number, %error, "cannot learn from finished lives");

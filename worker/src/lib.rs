@@ -33,6 +33,8 @@ pub struct Settings {
     pub lease: Duration,
     /// How long to wait for news before looking again.
     pub idle: Duration,
+    /// How long analyses under way may go on after the stop; what has not ended then is handed back.
+    pub drain: Duration,
     /// The present, for the times of results.
     pub clock: Clock,
 }
@@ -76,21 +78,41 @@ pub enum WorkerError {
     Abnormal(#[from] JoinError),
 }
 
-/// Analyses components until `shutdown`; returns once the analyses under way have ended.
+/// Analyses components until `shutdown`; returns once the analyses under way have ended or were handed back.
+/// A computation that was handed back may still run on its thread; nothing waits for it.
 pub async fn run(store: Store, settings: Settings, shutdown: CancellationToken) {
     let analyst = Arc::new(Analyst::new(store.clone(), settings.clock.clone()));
-    let mut lanes = JoinSet::new();
+    let mut parts = JoinSet::new();
     for _ in 0..settings.concurrency.get() {
-        lanes.spawn(lane(store.clone(), analyst.clone(), settings.clone(), shutdown.clone()));
+        let (store, analyst, of_lane, stop) = (store.clone(), analyst.clone(), settings.clone(), shutdown.clone());
+        let lane = move || lane(store.clone(), analyst.clone(), of_lane.clone(), stop.clone());
+        parts.spawn(keep_up(lane, settings.clone(), shutdown.clone()));
     }
-    lanes.spawn(lesson::learn(store, analyst, settings, shutdown));
-    lanes.join_all().await;
+    let (of_learning, stop) = (settings.clone(), shutdown.clone());
+    let learning = move || lesson::learn(store.clone(), analyst.clone(), of_learning.clone(), stop.clone());
+    parts.spawn(keep_up(learning, settings, shutdown));
+    parts.join_all().await;
+}
+
+/// Starts a part of the worker again whenever it ends abnormally, until `shutdown`.
+async fn keep_up<F>(part: impl Fn() -> F, settings: Settings, shutdown: CancellationToken)
+where
+    F: Future<Output = ()> + Send + 'static,
+{
+    while let Err(error) = tokio::spawn(part()).await {
+        metrics::counter!(metric::WORKER_RESTARTS.name).increment(1);
+        tracing::error!(%error, "a part of the worker ended abnormally; it is started again");
+        wait(std::future::pending(), &settings, &shutdown).await;
+        if shutdown.is_cancelled() {
+            return;
+        }
+    }
 }
 
 async fn lane(store: Store, analyst: Arc<Analyst>, settings: Settings, shutdown: CancellationToken) {
     while !shutdown.is_cancelled() {
         match store.lease(settings.lease).await {
-            Ok(Some(lease)) => serve_lease(&store, &analyst, lease).await,
+            Ok(Some(lease)) => serve_lease(&store, &analyst, &settings, lease, &shutdown).await,
             // It looks into the queue itself once it listens, so nothing that came since the lease was asked for is missed.
             Ok(None) => wait(store.work_available(), &settings, &shutdown).await,
             Err(error) => {
@@ -109,9 +131,24 @@ async fn wait(news: impl Future<Output = ()>, settings: &Settings, shutdown: &Ca
     }
 }
 
-async fn serve_lease(store: &Store, analyst: &Analyst, lease: Lease) {
+async fn serve_lease(
+    store: &Store,
+    analyst: &Analyst,
+    settings: &Settings,
+    lease: Lease,
+    shutdown: &CancellationToken,
+) {
     let component = &lease.component;
-    let (begun, completion) = (Instant::now(), analyst.serve(&lease).await);
+    let begun = Instant::now();
+    let completion = tokio::select! {
+        biased;
+        completion = analyst.serve(&lease) => completion,
+        () = drained(settings, shutdown) => {
+            metrics::counter!(metric::LEASES.name, "outcome" => "returned").increment(1);
+            tracing::info!(?component, "the worker stops before the analysis has ended; the component is handed back");
+            return hand_back(store, &lease, Duration::ZERO).await;
+        }
+    };
     metrics::histogram!(metric::ANALYSIS_SECONDS.name).record(begun.elapsed());
     let outcome = match &completion {
         Ok(Completion::Done) => "done",
@@ -126,10 +163,20 @@ async fn serve_lease(store: &Store, analyst: &Analyst, lease: Lease) {
         }
         Err(error) => {
             tracing::error!(?component, attempts = lease.attempts, %error, "analysis failed");
-            let retry_after = Duration::from_secs(1 << lease.attempts.min(8));
-            if let Err(error) = store.abandon(&lease, retry_after).await {
-                tracing::error!(?component, %error, "cannot hand the component back; its lease will expire");
-            }
+            hand_back(store, &lease, Duration::from_secs(1 << lease.attempts.min(8))).await;
         }
+    }
+}
+
+/// Completes when analyses may not go on any longer.
+async fn drained(settings: &Settings, shutdown: &CancellationToken) {
+    shutdown.cancelled().await;
+    tokio::time::sleep(settings.drain).await;
+}
+
+async fn hand_back(store: &Store, lease: &Lease, retry_after: Duration) {
+    if let Err(error) = store.abandon(lease, retry_after).await {
+        let component = &lease.component;
+        tracing::error!(?component, %error, "cannot hand the component back; its lease will expire");
     }
 }

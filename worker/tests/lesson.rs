@@ -99,9 +99,7 @@ async fn finished_lives_teach_the_prior_of_later_ones() {
         live_and_fail(&store, &model, "A-1", 100 + unit, 1).await;
     }
     work(&store).await;
-    while store.priors(&operator).await.unwrap().is_empty() {
-        work_a_while(&store).await;
-    }
+    learn(&store).await;
     let learned = store.priors(&operator).await.unwrap().remove(0);
     assert_eq!(learned.part_number, part);
     assert_eq!((learned.lives, learned.parent), (Lesson::MIN_LIVES, model.summary().prior));
@@ -124,11 +122,13 @@ async fn finished_lives_teach_the_prior_of_later_ones() {
     }
 }
 
-/// Runs a worker that has nothing to do but to learn.
-async fn work_a_while(store: &Store) {
+/// Runs a worker that has nothing to do but to learn, until it has.
+async fn learn(store: &Store) {
     let stop = tokio_util::sync::CancellationToken::new();
     let running = tokio::spawn(worker::run(store.clone(), common::settings(), stop.clone()));
-    tokio::time::sleep(Duration::from_millis(200)).await;
+    while store.priors(&OperatorId::default()).await.unwrap().is_empty() {
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
     stop.cancel();
     running.await.unwrap();
 }

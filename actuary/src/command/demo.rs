@@ -16,9 +16,10 @@ use tokio::task::JoinHandle;
 
 use crate::{
     clock::SimulatedClock,
+    database::Database,
     exit::Failure,
     hindsight,
-    service::{Service, Settings, interrupted},
+    service::{Api, Service, Settings, Work, interrupted, loopback, on_runtime},
     table, telemetry,
 };
 
@@ -74,8 +75,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         (None, None) => unreachable!("one of the two is there"),
     };
     fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
-    let database_url = format!("sqlite:{}", folder.join("actuary.sqlite").display());
-    tokio::runtime::Runtime::new()?.block_on(demo(&arguments, hours, database_url))
+    on_runtime(demo(&arguments, hours, Database::file(&folder.join("actuary.sqlite"))))
 }
 
 /// Hours to fly, as far as they are limited.
@@ -89,15 +89,15 @@ fn hours(arguments: &Arguments) -> Result<Option<f64>, Failure> {
     }
 }
 
-async fn demo(arguments: &Arguments, hours: Option<f64>, database_url: String) -> Result<()> {
+async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> Result<()> {
     let start: Timestamp = START.parse()?;
     let clock = SimulatedClock::new(DAWN.parse()?);
     let settings = |port| Settings {
-        database_url: database_url.clone(),
-        port,
+        database: database.clone(),
         clock: clock.shared(),
-        stale_after: Duration::from_secs(30 * 86_400),
-        enrol: true,
+        api: Some(Api { address: loopback(port), stale_after: Duration::from_secs(30 * 86_400), enrol: true }),
+        probes: None,
+        work: Some(Work::default()),
     };
     let service = match arguments.port {
         Some(port) => Service::start(settings(port)).await?,
@@ -106,11 +106,9 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database_url: String) -
             Err(_) => Service::start(settings(0)).await?,
         },
     };
-    let screen = Screen { url: service.url(), json: arguments.json };
-    screen.say(&format!(
-        "Fleet health at {}/  (REST: /openapi.json, gRPC with reflection on the same port)",
-        service.url()
-    ));
+    let url = format!("http://{}", service.api.context("the demo answers nobody")?);
+    let screen = Screen { url: url.clone(), json: arguments.json };
+    screen.say(&format!("Fleet health at {url}/  (REST: /openapi.json, gRPC with reflection on the same port)"));
     let plan = FleetPlan {
         tails: arguments.tails as usize,
         positions: 2,
@@ -118,7 +116,7 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database_url: String) -
         start,
         physics: Physics::HighFidelity,
     };
-    let flight = tokio::spawn(fly(plan, service.url(), clock, hours, !arguments.exit));
+    let flight = tokio::spawn(fly(plan, url, clock, hours, !arguments.exit));
     let onlooker = tokio::spawn(screen.clone().look_on());
     let outcome = tokio::select! {
         landed = finished(flight, &service, arguments.exit) => landed.map(Some),

@@ -1,23 +1,26 @@
-//! `actuary serve`: the service by itself.
+//! `actuary serve`: what answers callers, with or without a worker beside it.
 
 use std::time::Duration;
 
 use anyhow::Result;
-use clap::Args;
+use clap::{Args, builder::FalseyValueParser};
 
 use crate::{
     clock,
-    service::{Service, Settings, interrupted},
+    database::Database,
+    exit::Failure,
+    health::HealthArguments,
+    service::{Api, Service, Settings, loopback, on_runtime},
     telemetry,
+    work::WorkArguments,
 };
 
-/// Serve REST, gRPC and pages, with the worker in the same process. Loopback only, no tokens.
+/// Serve REST, gRPC and pages, with a worker in the same process. Loopback only, no tokens.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  actuary serve --database-url sqlite:fleet.sqlite --port 8080")]
 pub struct Arguments {
-    /// The database.
-    #[arg(long, env = "ACTUARY_DATABASE_URL", default_value = "sqlite:actuary.sqlite")]
-    database_url: String,
+    #[command(flatten)]
+    database: Database,
     /// Port on the loopback address; 0 takes any free one.
     #[arg(long, env = "ACTUARY_PORT", default_value_t = 8080)]
     port: u16,
@@ -25,24 +28,38 @@ pub struct Arguments {
     #[arg(long, env = "ACTUARY_STALE_AFTER_DAYS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     stale_after_days: u32,
     /// Refuse uploads for tails, positions and components that are not known yet.
-    #[arg(long, env = "ACTUARY_NO_ENROLMENT")]
+    #[arg(long, env = "ACTUARY_NO_ENROLMENT", value_parser = FalseyValueParser::new())]
     no_enrolment: bool,
+    /// Leave the analysis to `actuary worker` processes on the same Postgres.
+    #[arg(long, env = "ACTUARY_NO_WORKER", value_parser = FalseyValueParser::new())]
+    no_worker: bool,
+    #[command(flatten)]
+    health: HealthArguments,
+    #[command(flatten)]
+    work: WorkArguments,
 }
 
 /// Serves until interrupted.
 pub fn run(arguments: Arguments) -> Result<()> {
     telemetry::start();
-    tokio::runtime::Runtime::new()?.block_on(async {
+    if arguments.no_worker && !arguments.database.is_postgres() {
+        let text = "--no-worker needs Postgres: nobody else can work on an SQLite file that this process serves";
+        return Err(Failure::BadInput(text.to_owned()).into());
+    }
+    on_runtime(async {
         let service = Service::start(Settings {
-            database_url: arguments.database_url,
-            port: arguments.port,
+            database: arguments.database,
             clock: clock::system(),
-            stale_after: Duration::from_secs(86_400 * u64::from(arguments.stale_after_days)),
-            enrol: !arguments.no_enrolment,
+            api: Some(Api {
+                address: loopback(arguments.port),
+                stale_after: Duration::from_secs(86_400 * u64::from(arguments.stale_after_days)),
+                enrol: !arguments.no_enrolment,
+            }),
+            probes: arguments.health.address(),
+            work: (!arguments.no_worker).then(|| arguments.work.work()),
         })
         .await?;
-        println!("listening on {}", service.url());
-        interrupted().await;
-        service.stop().await
+        service.announce();
+        service.run().await
     })
 }

@@ -2,9 +2,9 @@
 
 use anyhow::{Result, anyhow};
 use clap::Args;
-use store::{Store, StoreError, Verification};
+use store::{Store, Verification};
 
-use crate::exit::Failure;
+use crate::database::Database;
 
 /// Read every row that carries a checksum and compare it; name the damaged ones. A running service is not
 /// disturbed.
@@ -14,9 +14,8 @@ use crate::exit::Failure;
     the order. Exit code 1 when a row is damaged: actuary rebuild makes results anew, actuary restore\n\
     brings back the rest.")]
 pub struct Arguments {
-    /// The database.
-    #[arg(long, env = "ACTUARY_DATABASE_URL", default_value = "sqlite:actuary.sqlite")]
-    database_url: String,
+    #[command(flatten)]
+    database: Database,
     /// Print the digest of all estimates and states.
     #[arg(long)]
     digest: bool,
@@ -25,9 +24,7 @@ pub struct Arguments {
 /// Runs the check.
 pub fn run(arguments: &Arguments) -> Result<()> {
     tokio::runtime::Runtime::new()?.block_on(async {
-        let url = &arguments.database_url;
-        let refuse = |error: StoreError| Failure::BadInput(format!("{url}: {error}"));
-        let store = Store::open_read_only(url).await.map_err(refuse)?;
+        let store = arguments.database.open_read_only().await?;
         let checked = check(&store, arguments.digest).await;
         store.close().await;
         checked

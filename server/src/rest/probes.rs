@@ -1,11 +1,50 @@
 //! Probes for whoever keeps the service alive.
 
-use axum::{Json, extract::State as Extract};
+use std::time::Duration;
+
+use axum::{
+    Json, Router,
+    extract::{FromRef, State as Extract},
+    routing::get,
+};
 use serde::Serialize;
+use store::{Store, StoreError};
+use tokio::time::timeout;
 use utoipa::ToSchema;
 
 use super::problems::Probing;
-use crate::{answer::CODE_VERSION, app::Shared, refusal::Refusal};
+use crate::{Clock, Metrics, answer::CODE_VERSION, app::Shared, prometheus, refusal::Refusal};
+
+/// A database that does not answer by then is away.
+const READY_WITHIN: Duration = Duration::from_secs(1);
+
+/// What the probes of a process tell of.
+#[derive(Clone)]
+pub struct Probed {
+    /// The database.
+    pub store: Store,
+    /// The present.
+    pub clock: Clock,
+    /// What is told on `/metrics`.
+    pub metrics: Metrics,
+}
+
+impl FromRef<Shared> for Probed {
+    fn from_ref(shared: &Shared) -> Self {
+        let state = &shared.state;
+        Self { store: state.store.clone(), clock: state.clock.clone(), metrics: state.metrics.clone() }
+    }
+}
+
+/// Probes and nothing else, for a process that answers no callers.
+pub fn router(probed: Probed) -> Router {
+    Router::new()
+        .route("/healthz", get(healthz))
+        .route("/readyz", get(readyz))
+        .route("/version", get(version))
+        .route("/metrics", get(prometheus::metrics))
+        .with_state(probed)
+}
 
 /// How it is.
 #[derive(Serialize, ToSchema)]
@@ -40,15 +79,24 @@ pub async fn healthz() -> Json<Health> {
         Probing,
     )
 )]
-pub async fn readyz(Extract(shared): Extract<Shared>) -> Result<Json<Health>, Refusal> {
-    let store = &shared.state.store;
-    let not_ready = |error: store::StoreError| Refusal::Unavailable(format!("the database does not answer ({error})"));
-    store.ping().await.map_err(not_ready)?;
-    if store.bundles().await.map_err(not_ready)?.iter().any(|bundle| bundle.active) {
-        Ok(Json(Health { status: "ok" }))
-    } else {
-        Err(Refusal::Unavailable("no model bundle is active".to_owned()))
+pub async fn readyz(Extract(probed): Extract<Probed>) -> Result<Json<Health>, Refusal> {
+    match timeout(READY_WITHIN, has_active_bundle(&probed.store)).await {
+        Ok(Ok(true)) => Ok(Json(Health { status: "ok" })),
+        Ok(Ok(false)) => Err(Refusal::Unavailable("no model bundle is active".to_owned())),
+        Ok(Err(error)) => {
+            tracing::warn!(%error, "not ready");
+            Err(Refusal::Unavailable("the database does not answer".to_owned()))
+        }
+        Err(_) => {
+            let within_s = READY_WITHIN.as_secs();
+            Err(Refusal::Unavailable(format!("the database does not answer within {within_s} s")))
+        }
     }
+}
+
+async fn has_active_bundle(store: &Store) -> Result<bool, StoreError> {
+    store.ping().await?;
+    Ok(store.bundles().await?.iter().any(|bundle| bundle.active))
 }
 
 /// What is running.

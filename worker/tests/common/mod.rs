@@ -59,6 +59,7 @@ pub fn settings() -> worker::Settings {
         concurrency: NonZeroUsize::new(2).unwrap(),
         lease: Duration::from_secs(60),
         idle: Duration::from_millis(20),
+        drain: Duration::from_secs(5),
         clock: Arc::new(now),
     }
 }

@@ -1,0 +1,25 @@
+//! `actuary migrate`: brings a database to the schema of this build.
+
+use anyhow::Result;
+use clap::Args;
+
+use crate::{database::Database, service::on_runtime, telemetry};
+
+/// Create the tables of a database, or bring them to the schema of this build; without effect when they are.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  actuary migrate --database-url postgres://owner@localhost/actuary\n\n\
+    `actuary serve` migrates an SQLite file by itself. On Postgres only this command does, as the user who owns the tables.")]
+pub struct Arguments {
+    #[command(flatten)]
+    database: Database,
+}
+
+/// Migrates.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    telemetry::start();
+    on_runtime(async {
+        arguments.database.migrate().await?;
+        println!("{}: up to date", arguments.database);
+        Ok(())
+    })
+}

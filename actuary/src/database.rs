@@ -1,0 +1,144 @@
+//! Where the data is, as the command line names it. Its password is in no message.
+
+use std::{fmt, fs, path::PathBuf};
+
+use anyhow::Result;
+use clap::Args;
+use reqwest::Url;
+use store::{Options, Store, StoreError};
+
+use crate::exit::Failure;
+
+/// The database of a command.
+#[derive(Clone, Args)]
+pub struct Database {
+    /// The database: sqlite:FILE, or postgres://USER@HOST/NAME.
+    #[arg(
+        long,
+        env = "ACTUARY_DATABASE_URL",
+        hide_env_values = true,
+        value_name = "URL",
+        default_value = "sqlite:actuary.sqlite"
+    )]
+    database_url: String,
+    /// File that holds the password of the database's user, so that the URL need not.
+    #[arg(long, env = "ACTUARY_DATABASE_PASSWORD_FILE", value_name = "FILE")]
+    database_password_file: Option<PathBuf>,
+}
+
+impl Database {
+    /// An SQLite file.
+    pub fn file(path: &std::path::Path) -> Self {
+        Self { database_url: format!("sqlite:{}", path.display()), database_password_file: None }
+    }
+
+    /// Whether it is a Postgres, which many processes share.
+    pub fn is_postgres(&self) -> bool {
+        ["postgres:", "postgresql:"].iter().any(|scheme| self.database_url.starts_with(scheme))
+    }
+
+    /// Opens it for a service.
+    pub async fn open(&self) -> Result<Store> {
+        Ok(Store::open(&self.url()?, Options::default()).await.map_err(|error| self.refuse(error))?)
+    }
+
+    /// Brings it to the schema of this build.
+    pub async fn migrate(&self) -> Result<()> {
+        // Whoever opens an SQLite file migrates it.
+        self.open().await?.close().await;
+        Ok(())
+    }
+
+    /// Opens it for reading only.
+    pub async fn open_read_only(&self) -> Result<Store> {
+        Ok(Store::open_read_only(&self.url()?).await.map_err(|error| self.refuse(error))?)
+    }
+
+    /// The URL, with the password of the file.
+    fn url(&self) -> Result<String, Failure> {
+        let Some(file) = &self.database_password_file else { return Ok(self.database_url.clone()) };
+        let unreadable = |error| Failure::BadInput(format!("{}: {error}", file.display()));
+        let password = fs::read_to_string(file).map_err(unreadable)?;
+        let mut url: Url = self.database_url.parse().map_err(|error| {
+            Failure::BadInput(format!("--database-url: {error}; only that of a Postgres takes a password"))
+        })?;
+        url.query_pairs_mut().append_pair("password", password.trim_end_matches(['\n', '\r']));
+        Ok(url.into())
+    }
+
+    fn refuse(&self, error: StoreError) -> Failure {
+        let text = match error {
+            // It would repeat the URL as it was given.
+            StoreError::UnsupportedUrl { .. } => {
+                "is not supported: use sqlite:FILE or postgres://USER@HOST/NAME".to_owned()
+            }
+            error => error.to_string(),
+        };
+        Failure::BadInput(format!("{self}: {text}"))
+    }
+}
+
+impl fmt::Display for Database {
+    /// The URL without a password.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Ok(mut url) = self.database_url.parse::<Url>() else { return f.write_str("the database URL") };
+        if url.scheme() == "sqlite" {
+            return f.write_str(&self.database_url);
+        }
+        // A URL that takes no password has none.
+        let _ = url.set_password(None);
+        let kept: Vec<(String, String)> =
+            url.query_pairs().filter(|(key, _)| key != "password").map(|(k, v)| (k.into(), v.into())).collect();
+        url.set_query(None);
+        if !kept.is_empty() {
+            url.query_pairs_mut().extend_pairs(kept);
+        }
+        f.write_str(url.as_str())
+    }
+}
+
+impl fmt::Debug for Database {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Database({self})")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(url: &str) -> Database {
+        Database { database_url: url.to_owned(), database_password_file: None }
+    }
+
+    #[test]
+    fn no_message_holds_the_password() {
+        for url in [
+            "postgres://actuary:sesame@db/fleet",
+            "postgresql://actuary:sesame@db:5432/fleet?sslmode=require",
+            "postgres:///fleet?host=/run/postgres&password=sesame&user=actuary",
+            "postgress://actuary:sesame@db/fleet",
+            "postgres://actuary:sesame@db:port/fleet",
+        ] {
+            let database = at(url);
+            let refused = database.refuse(StoreError::UnsupportedUrl { url: url.to_owned() }).to_string();
+            for text in [database.to_string(), format!("{database:?}"), refused] {
+                assert!(!text.contains("sesame"), "{text}");
+            }
+        }
+        assert_eq!(at("sqlite:data/fleet.sqlite").to_string(), "sqlite:data/fleet.sqlite");
+    }
+
+    #[test]
+    fn the_password_comes_from_a_file_whatever_is_in_it() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        fs::write(file.path(), "se&s/a me?#\n").unwrap();
+        let of_file = |url: &str| Database { database_password_file: Some(file.path().to_owned()), ..at(url) };
+        for url in ["postgres://actuary@db/fleet", "postgres:///fleet?host=/run/postgres&user=actuary"] {
+            let with: Url = of_file(url).url().unwrap().parse().unwrap();
+            let password = with.query_pairs().find(|(key, _)| key == "password").unwrap().1.into_owned();
+            assert_eq!(password, "se&s/a me?#");
+        }
+        assert!(of_file("nonsense").url().is_err());
+    }
+}
