@@ -8,6 +8,7 @@ mod exit;
 mod files;
 mod health;
 mod hindsight;
+mod http;
 mod progress;
 mod scorer;
 mod service;
@@ -48,6 +49,8 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    // Nothing else installs one, so this cannot fail; whoever speaks TLS finds it.
+    let _ = rustls::crypto::ring::default_provider().install_default();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return exit::usage(&error),

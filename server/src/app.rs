@@ -3,7 +3,7 @@
 use std::{any::Any, ops::Deref, sync::Arc, time::Duration};
 
 use axum::{
-    Json, Router,
+    Extension, Json, Router,
     body::Body,
     extract::Request,
     http::header::CONTENT_TYPE,
@@ -11,11 +11,20 @@ use axum::{
     response::{IntoResponse, Response},
     routing::get,
 };
+use domain::Permission;
 use tokio_util::sync::CancellationToken;
 use tonic::Status;
 use tower_http::catch_panic::CatchPanicLayer;
 
-use crate::{State, grpc, ingest::Masks, page, prometheus, refusal::Refusal, rest};
+use crate::{
+    State,
+    auth::{self, Endpoint, GRPC, Gate},
+    grpc,
+    ingest::Masks,
+    page, prometheus,
+    refusal::Refusal,
+    rest,
+};
 
 /// Longest time until a REST answer begins.
 const DEADLINE: Duration = Duration::from_secs(30);
@@ -41,26 +50,42 @@ impl Deref for Shared {
     }
 }
 
-/// Everything that one port serves, until `stopping`.
-pub async fn router(state: State, stopping: CancellationToken) -> Router {
+/// Everything that one port serves, until `stopping`; `closed` to callers that show nothing, whatever the store knows.
+pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> Router {
+    let gate = Arc::new(Gate::new(state.store.clone(), state.clock.clone(), closed));
     let shared = Shared(Arc::new(Context { state, masks: Masks::default(), stopping }));
     let rest = routes()
+        .0
         .method_not_allowed_fallback(|| async { Refusal::MethodNotAllowed })
         .layer(middleware::from_fn(deadline))
         .fallback(nothing_here)
         .layer(CatchPanicLayer::custom(rest_fault))
         .layer(middleware::from_fn(prometheus::time_http))
         .with_state(shared.clone());
-    let grpc = grpc::routes(&shared).await;
-    let grpc = grpc.layer(CatchPanicLayer::custom(grpc_fault)).layer(middleware::from_fn(prometheus::time_grpc));
-    grpc.merge(rest)
+    let grpc = grpc::routes(&shared)
+        .await
+        .layer(middleware::from_fn(auth::grpc))
+        .layer(CatchPanicLayer::custom(grpc_fault))
+        .layer(middleware::from_fn(prometheus::time_grpc));
+    grpc.merge(rest).layer(Extension(gate))
 }
 
-/// REST, its document, and the pages.
-fn routes() -> Router<Shared> {
-    let (rest, document) = rest::router().split_for_parts();
+/// All that can be called over REST and gRPC, and what it asks of its callers.
+pub fn endpoints() -> Vec<Endpoint> {
+    let grpc = |(method, permission): &(&str, Permission)| Endpoint {
+        method: "grpc",
+        path: (*method).to_owned(),
+        permission: Some(*permission),
+    };
+    routes().1.into_iter().chain(GRPC.iter().map(grpc)).collect()
+}
+
+/// REST, its document, and the pages; what each asks of its callers.
+fn routes() -> (Router<Shared>, Vec<Endpoint>) {
+    let (router, document, mut endpoints) = page::add(rest::router()).into_parts();
     let document = Json(document);
-    rest.route("/openapi.json", get(|| async move { document })).merge(page::router())
+    endpoints.push(Endpoint { method: "get", path: "/openapi.json".to_owned(), permission: None });
+    (router.route("/openapi.json", get(|| async move { document })), endpoints)
 }
 
 async fn deadline(request: Request, next: Next) -> Response {
@@ -116,7 +141,7 @@ mod tests {
 
     /// Method and path of every route. A router does not tell its routes but in its `Debug` form.
     fn routed() -> BTreeSet<String> {
-        let text = format!("{:?}", routes());
+        let text = format!("{:?}", routes().0);
         let (methods, paths) = text.split_once("node: Node { paths: {").unwrap();
         let methods = by_route(methods, "allow_header: Bytes(b\"", "\"");
         let end = paths.find("\"}").unwrap() + 1;
@@ -131,7 +156,7 @@ mod tests {
 
     #[test]
     fn the_document_and_the_router_name_the_same_routes() {
-        let document = serde_json::to_value(rest::router().split_for_parts().1).unwrap();
+        let document = serde_json::to_value(rest::router().into_parts().1).unwrap();
         let paths = document["paths"].as_object().unwrap();
         let operations = paths
             .iter()
@@ -140,5 +165,26 @@ mod tests {
         assert!(expected.len() > 15);
         expected.extend(UNDOCUMENTED.map(str::to_owned));
         assert_eq!(routed(), expected);
+        let told: BTreeSet<String> =
+            routes().1.into_iter().map(|endpoint| format!("{} {}", endpoint.method, endpoint.path)).collect();
+        assert_eq!(told, expected);
+    }
+
+    #[test]
+    fn what_is_public_is_told_one_by_one() {
+        let public = endpoints().into_iter().filter(|endpoint| endpoint.permission.is_none());
+        let public: BTreeSet<String> =
+            public.map(|endpoint| format!("{} {}", endpoint.method, endpoint.path)).collect();
+        let known = [
+            "get /docs",
+            "get /docs/",
+            "get /docs/{file}",
+            "get /healthz",
+            "get /metrics",
+            "get /openapi.json",
+            "get /readyz",
+            "get /version",
+        ];
+        assert_eq!(public, known.map(str::to_owned).into());
     }
 }

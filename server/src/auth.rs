@@ -1,33 +1,21 @@
-//! Who calls.
+//! Who calls, and what they may do: found out before anything else of a request is looked at.
+//!
+//! Every route is registered with the permission that it asks for ([`Guarded`]), every gRPC method has its
+//! permission in [`guard::GRPC`]. The guard before each of them finds out who calls ([`Gate`]) and refuses those
+//! who may not, and an aircraft that names another tail. A handler has its [`Caller`] from the guard alone, and
+//! reaches data through its caller's operator alone: what belongs to another one is looked for in vain, like
+//! what does not exist.
 
-use std::convert::Infallible;
+mod caller;
+mod certificate;
+mod credential;
+mod gate;
+mod guard;
+mod guarded;
 
-use axum::{extract::FromRequestParts, http::request::Parts};
-use domain::OperatorId;
-use tonic::{Request, Status};
-
-/// Who calls: everyone is the same operator, as long as callers cannot be told apart.
-#[derive(Debug, Clone, Default)]
-pub struct Caller {
-    operator: OperatorId,
-}
-
-impl Caller {
-    /// Who makes a gRPC call.
-    pub fn of<T>(_: &Request<T>) -> Result<Self, Status> {
-        Ok(Self::default())
-    }
-
-    /// Whose data it may reach.
-    pub fn operator(&self) -> &OperatorId {
-        &self.operator
-    }
-}
-
-impl<S: Send + Sync> FromRequestParts<S> for Caller {
-    type Rejection = Infallible;
-
-    async fn from_request_parts(_: &mut Parts, _: &S) -> Result<Self, Infallible> {
-        Ok(Self::default())
-    }
-}
+pub use caller::{Caller, admitted};
+pub use certificate::{ClientCertificate, Peer, bearer};
+pub use credential::{Credential, Unauthenticated};
+pub use gate::Gate;
+pub use guard::{GRPC, grpc};
+pub use guarded::{Endpoint, Guarded};

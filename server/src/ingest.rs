@@ -124,8 +124,9 @@ pub struct Checked {
     upload: Upload,
 }
 
-/// Checks an upload against its mask, and against what is known where uploads do not enrol.
+/// Checks that an upload is its caller's to send, against its mask, and against what is known where uploads do not enrol.
 pub async fn check(shared: &Shared, caller: &Caller, upload: Upload) -> Result<Checked, Refusal> {
+    caller.must_reach(upload.tail.as_str())?;
     let Some(published) = shared.masks.get(&shared.state, &upload.mask_id).await? else {
         let detail = format!("mask {} was never published: GET /v1/models names the masks", upload.mask_id);
         return Err(Invalid::one("#/mask_id", detail).into());

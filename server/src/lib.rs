@@ -4,9 +4,12 @@
 //! gRPC are two voices of the same functions: `ingest` takes uploads, `answer` and `history` assemble
 //! what is served, `refusal` maps what went wrong to a problem document or to a gRPC status.
 //!
+//! `auth` finds out who calls before anything else of a request is looked at, `tls` makes the handshakes.
+//!
 //! Invariants: whatever is refused was not stored; whatever is acknowledged is durable; no
 //! input makes a server error; the status of a prognosis is judged when it is read; no page loads
-//! anything from elsewhere; no figure on `/metrics` names an aircraft.
+//! anything from elsewhere; no figure on `/metrics` names an aircraft; no data is reached but through the operator of
+//! the caller; no header is logged.
 
 mod answer;
 mod app;
@@ -25,16 +28,20 @@ mod refusal;
 mod rest;
 mod scoreboard;
 mod serve;
+mod tls;
 
 use std::{sync::Arc, time::Duration};
 
 use domain::Timestamp;
 use store::Store;
 
+pub use app::endpoints;
+pub use auth::Endpoint;
 pub use prometheus::{Metrics, NoRecorder};
 pub use rest::Probed;
 pub use scoreboard::Scorer;
-pub use serve::{serve, serve_probes};
+pub use serve::{serve, serve_probes, serve_tls};
+pub use tls::{Tls, TlsError, TlsFiles};
 
 /// Tells the present.
 pub type Clock = Arc<dyn Fn() -> Timestamp + Send + Sync>;

@@ -11,7 +11,7 @@ use proto::json::{self, LineResult, UploadBody};
 
 use crate::{
     app::Shared,
-    auth::Caller,
+    auth::{Caller, admitted},
     ingest::{IN_FLIGHT, Judged, Kept, Transport, check},
     refusal::Refusal,
     rest::MAX_UPLOAD_BYTES,
@@ -25,10 +25,16 @@ const SILENCE: Duration = Duration::from_secs(30);
 /// The results of every line of `body`, one JSON object per line.
 ///
 /// Lines are checked one after the other and queued in their order, so that of two lines with the
-/// same upload_id the first one counts; only the wait for the disk is shared.
+/// same upload_id the first one counts; only the wait for the disk is shared. A caller that is admitted no longer
+/// is told so on a last line.
 pub fn results(shared: Shared, caller: Caller, tail: TailNumber, body: Body) -> Body {
     let reader = Lines::new(body);
     let lines = stream::unfold(reader, |mut reader| async move { Some((reader.next().await?, reader)) });
+    let lines = admitted(caller.clone(), lines).scan(0, |last, line| {
+        let line = line.unwrap_or_else(|refusal| Line { number: *last + 1, text: Err(refusal) });
+        *last = line.number;
+        std::future::ready(Some(line))
+    });
     let checker = shared.clone();
     let checked = lines.then(move |line| {
         let (shared, caller, tail) = (checker.clone(), caller.clone(), tail.clone());

@@ -12,7 +12,6 @@ mod words;
 
 use askama::Template;
 use axum::{
-    Router,
     http::{
         HeaderName,
         header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE},
@@ -21,22 +20,24 @@ use axum::{
     routing::get,
 };
 
-use crate::{app::Shared, refusal::Refusal};
+use domain::Permission;
+
+use crate::{auth::Guarded, refusal::Refusal};
 
 /// Nothing is loaded from anywhere; the style comes with the page.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'";
 
-/// Routes of the pages.
-pub fn router() -> Router<Shared> {
-    Router::new()
-        .route("/", get(fleet::get))
-        .route("/tails/{tail}/positions/{position}", get(component::get))
-        .route("/due", get(due::get))
-        .route("/scoreboard", get(scoreboard::get))
-        .route("/docs", get(docs::enter))
-        .route("/docs/", get(docs::index))
-        .route("/docs/{file}", get(docs::get))
+/// Adds the pages.
+pub fn add(routes: Guarded) -> Guarded {
+    routes
+        .page(Permission::Read, "/", get(fleet::get))
+        .page(Permission::Read, "/tails/{tail}/positions/{position}", get(component::get))
+        .page(Permission::Read, "/due", get(due::get))
+        .page(Permission::Read, "/scoreboard", get(scoreboard::get))
+        .public_page("/docs", get(docs::enter))
+        .public_page("/docs/", get(docs::index))
+        .public_page("/docs/{file}", get(docs::get))
 }
 
 fn html(page: &impl Template) -> Result<Response, Refusal> {

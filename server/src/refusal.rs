@@ -6,7 +6,7 @@ use axum::{
     Json,
     http::{
         HeaderValue, StatusCode,
-        header::{CONTENT_TYPE, RETRY_AFTER},
+        header::{CONTENT_TYPE, RETRY_AFTER, WWW_AUTHENTICATE},
     },
     response::{IntoResponse, Response},
 };
@@ -20,8 +20,12 @@ use store::StoreError;
 use tonic::{Code, Status};
 use tonic_types::{ErrorDetails, FieldViolation, StatusExt};
 
+use crate::auth::Unauthenticated;
+
 /// When to come back after an overload.
 const RETRY_AFTER_S: u64 = 1;
+/// How browsers ask for a token.
+const BASIC_CHALLENGE: &str = "Basic realm=\"actuary\", charset=\"UTF-8\"";
 
 /// Why a request was refused; the text is for the caller.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -35,6 +39,12 @@ pub enum Refusal {
     /// Query or path parameters are not acceptable.
     #[error("parameters are not acceptable: {}", named(.0))]
     Parameters(Vec<FieldError>),
+    /// It is not known who calls.
+    #[error("{0}")]
+    Unauthenticated(Unauthenticated),
+    /// It is known who calls, and that they may not.
+    #[error("{0}")]
+    Forbidden(String),
     /// There is no such thing.
     #[error("{0}")]
     NotFound(String),
@@ -90,6 +100,8 @@ impl Refusal {
         match self {
             Self::Malformed(_) => StatusCode::BAD_REQUEST,
             Self::Invalid(_) | Self::Parameters(_) => StatusCode::UNPROCESSABLE_ENTITY,
+            Self::Unauthenticated(_) => StatusCode::UNAUTHORIZED,
+            Self::Forbidden(_) => StatusCode::FORBIDDEN,
             Self::NotFound(_) => StatusCode::NOT_FOUND,
             Self::MethodNotAllowed => StatusCode::METHOD_NOT_ALLOWED,
             Self::Conflict(_) | Self::Contradiction(_) => StatusCode::CONFLICT,
@@ -127,7 +139,8 @@ impl Refusal {
     pub fn ingested(&self) -> Ingested {
         match self {
             Self::Conflict(_) => Ingested::Conflict,
-            Self::Unavailable(_) | Self::Internal => Ingested::Unavailable,
+            // The upload is as good as any: it is to be sent again by who may.
+            Self::Unauthenticated(_) | Self::Unavailable(_) | Self::Internal => Ingested::Unavailable,
             _ => Ingested::Invalid,
         }
     }
@@ -145,6 +158,8 @@ impl Refusal {
         match self {
             Self::Malformed(_) | Self::Invalid(_) | Self::Parameters(_) => Code::InvalidArgument,
             Self::TooLarge { .. } | Self::UnsupportedMediaType { .. } | Self::Interrupted => Code::InvalidArgument,
+            Self::Unauthenticated(_) => Code::Unauthenticated,
+            Self::Forbidden(_) => Code::PermissionDenied,
             Self::NotFound(_) => Code::NotFound,
             Self::MethodNotAllowed => Code::Unimplemented,
             Self::Conflict(_) => Code::AlreadyExists,
@@ -162,6 +177,11 @@ impl IntoResponse for Refusal {
         headers.insert(CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
         if let Self::Unavailable(_) = self {
             headers.insert(RETRY_AFTER, HeaderValue::from(RETRY_AFTER_S));
+        }
+        if let Self::Unauthenticated(why) = &self {
+            // Two headers: browsers do not look for Basic behind a comma.
+            headers.append(WWW_AUTHENTICATE, HeaderValue::from_static(why.bearer_challenge()));
+            headers.append(WWW_AUTHENTICATE, HeaderValue::from_static(BASIC_CHALLENGE));
         }
         response
     }

@@ -14,17 +14,18 @@ mod tails;
 mod upload_status;
 mod uploads;
 
-use domain::{Component, OperatorId, PartNumber, Position, SerialNumber, TailNumber};
+use domain::{Component, OperatorId, PartNumber, Permission, Position, SerialNumber, TailNumber};
 use proto::json::Problem;
 use serde::Deserialize;
 use utoipa::OpenApi;
-use utoipa_axum::{router::OpenApiRouter, routes};
+use utoipa_axum::routes;
 
-use crate::{app::Shared, prometheus};
+use crate::{auth::Guarded, prometheus};
 
 pub use body::MAX_UPLOAD_BYTES;
 pub use due::threshold;
 pub use probes::{Probed, router as probes};
+pub use problems::refused;
 
 #[derive(OpenApi)]
 #[openapi(
@@ -37,33 +38,35 @@ pub use probes::{Probed, router as probes};
 )]
 struct Document;
 
-/// The routes with their documentation.
-pub fn router() -> OpenApiRouter<Shared> {
-    OpenApiRouter::with_openapi(Document::openapi())
-        .routes(routes!(uploads::post))
-        .routes(routes!(upload_status::list))
-        .routes(routes!(upload_status::get))
-        .routes(routes!(upload_status::void))
-        .routes(routes!(upload_status::retry))
-        .routes(routes!(tails::list))
-        .routes(routes!(tails::get))
-        .routes(routes!(tails::ruls))
-        .routes(routes!(tails::rul))
-        .routes(routes!(health::get))
-        .routes(routes!(due::get))
-        .routes(routes!(scoreboard::get))
-        .routes(routes!(maintenance::post))
-        .routes(routes!(maintenance::void))
-        .routes(routes!(sensor_configurations::list, sensor_configurations::post))
-        .routes(routes!(components::get))
-        .routes(routes!(health::of_component))
-        .routes(routes!(models::list))
-        .routes(routes!(models::get))
-        .routes(routes!(models::mask))
-        .routes(routes!(probes::healthz))
-        .routes(routes!(probes::readyz))
-        .routes(routes!(probes::version))
-        .routes(routes!(prometheus::metrics))
+/// The routes with their documentation, and what they ask of their callers.
+pub fn router() -> Guarded {
+    use Permission::{Configure, Correct, Maintain, Read, ReadModels, ReadUpload, Upload};
+    Guarded::new(Document::openapi())
+        .guarded(Upload, routes!(uploads::post))
+        .guarded(Read, routes!(upload_status::list))
+        .guarded(ReadUpload, routes!(upload_status::get))
+        .guarded(Correct, routes!(upload_status::void))
+        .guarded(Correct, routes!(upload_status::retry))
+        .guarded(Read, routes!(tails::list))
+        .guarded(Read, routes!(tails::get))
+        .guarded(Read, routes!(tails::ruls))
+        .guarded(Read, routes!(tails::rul))
+        .guarded(Read, routes!(health::get))
+        .guarded(Read, routes!(due::get))
+        .guarded(Read, routes!(scoreboard::get))
+        .guarded(Maintain, routes!(maintenance::post))
+        .guarded(Maintain, routes!(maintenance::void))
+        .guarded(Read, routes!(sensor_configurations::list))
+        .guarded(Configure, routes!(sensor_configurations::post))
+        .guarded(Read, routes!(components::get))
+        .guarded(Read, routes!(health::of_component))
+        .guarded(ReadModels, routes!(models::list))
+        .guarded(ReadModels, routes!(models::get))
+        .guarded(ReadModels, routes!(models::mask))
+        .public(routes!(probes::healthz))
+        .public(routes!(probes::readyz))
+        .public(routes!(probes::version))
+        .public(routes!(prometheus::metrics))
 }
 
 /// A tail in a path.

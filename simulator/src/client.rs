@@ -32,17 +32,13 @@ pub enum Sent {
 }
 
 impl Client {
-    /// A client of the service at `url`, such as `http://127.0.0.1:8080`.
-    pub fn new(url: &str) -> Result<Self, FleetError> {
+    /// A client of the service at `url`, such as `http://127.0.0.1:8080`; `http` knows by what to be admitted there.
+    pub fn new(http: reqwest::Client, url: &str) -> Result<Self, FleetError> {
         let refuse = |reason: String| FleetError::BadUrl { url: url.to_owned(), reason };
         let mut base: Url = url.parse().map_err(|error| refuse(format!("{error}")))?;
         if !base.path().ends_with('/') {
             base.set_path(&format!("{}/", base.path()));
         }
-        let http = reqwest::Client::builder()
-            .timeout(Duration::from_secs(30))
-            .build()
-            .map_err(|error| refuse(error.to_string()))?;
         Ok(Self { http, base })
     }
 
@@ -112,6 +108,7 @@ impl Client {
         match answer.status() {
             StatusCode::NOT_FOUND => Ok(None),
             StatusCode::OK => answer.json().await.map(Some).map_err(|error| FleetError::BadAnswer(error.to_string())),
+            status if status.is_client_error() => Err(refusal(&format!("GET {path}"), answer).await),
             status => Err(FleetError::BadAnswer(format!("GET {path}: {status}"))),
         }
     }

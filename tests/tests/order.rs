@@ -47,7 +47,7 @@ async fn uploads(service: &Service) -> Vec<(&'static str, Value)> {
 async fn send(service: &Service, uploads: &[(&'static str, Value)]) {
     for (tail, body) in uploads {
         let url = format!("{}/v1/tails/{tail}/uploads", service.url);
-        let answer = reqwest::Client::new().post(url).json(body).send().await.unwrap();
+        let answer = tests::http().post(url).json(body).send().await.unwrap();
         assert!(answer.status().is_success(), "{}: {}", answer.status(), answer.text().await.unwrap());
     }
 }

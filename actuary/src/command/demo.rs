@@ -19,6 +19,7 @@ use crate::{
     database::Database,
     exit::Failure,
     hindsight,
+    http::Access,
     service::{Api, Service, Settings, Work, interrupted, loopback, on_runtime},
     table, telemetry,
 };
@@ -36,6 +37,8 @@ const STEP_FH: f64 = 4.0;
 /// Pause between steps while somebody looks on.
 const PACE: Duration = Duration::from_millis(1000);
 const REFRESH: Duration = Duration::from_secs(2);
+/// How long an answer may take.
+const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Watch a simulated fleet upload, wear, and be prognosed: everything in one process.
 #[derive(Debug, Args)]
@@ -132,7 +135,8 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> 
 
 /// Flies the fleet's past as fast as it can, then its future step by step; the clock flies along.
 async fn fly(plan: FleetPlan, url: String, clock: SimulatedClock, hours: Option<f64>, paced: bool) -> Result<Fleet> {
-    let mut fleet = Fleet::launch(plan.clone(), Client::new(&url)?).await?;
+    let client = Client::new(Access::default().client(&url, PATIENCE)?, &url)?;
+    let mut fleet = Fleet::launch(plan.clone(), client).await?;
     let mut now_fh = fleet.flown_fh();
     let last_fh = hours.map_or(f64::INFINITY, |hours| now_fh.max(0.0) + hours);
     while now_fh < last_fh {
@@ -205,16 +209,21 @@ impl Screen {
 
     /// The whole fleet, as any dashboard would read it.
     async fn prognoses(&self) -> Result<Vec<RulBody>> {
+        let http = Access::default().client(&self.url, PATIENCE)?;
         let mut prognoses = Vec::new();
         let mut cursor = String::new();
         loop {
-            let tails: Page<TailItem> = reqwest::get(format!("{}/v1/tails?limit=1000{cursor}", self.url))
+            let tails: Page<TailItem> = http
+                .get(format!("{}/v1/tails?limit=1000{cursor}", self.url))
+                .send()
                 .await?
                 .error_for_status()?
                 .json()
                 .await?;
             for tail in tails.items {
-                let ruls: Page<RulBody> = reqwest::get(format!("{}/v1/tails/{}/rul", self.url, tail.tail))
+                let ruls: Page<RulBody> = http
+                    .get(format!("{}/v1/tails/{}/rul", self.url, tail.tail))
+                    .send()
                     .await?
                     .error_for_status()?
                     .json()

@@ -10,7 +10,11 @@ use clap::Args;
 use proto::json::{DueBody, Problem};
 use reqwest::{Response, StatusCode, Url};
 
-use crate::{exit::Failure, table};
+use crate::{
+    exit::Failure,
+    http::{self, Access},
+    table,
+};
 
 /// How long an answer may take.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -24,6 +28,8 @@ pub struct Arguments {
     /// The service.
     #[arg(long, env = "ACTUARY_URL", default_value = "http://127.0.0.1:8080")]
     url: String,
+    #[command(flatten)]
+    access: Access,
     /// Flight hours from the newest data of each actuator, 0 to 10000.
     #[arg(long, value_name = "H", default_value_t = 500.0, allow_negative_numbers = true)]
     within_fh: f64,
@@ -63,13 +69,13 @@ impl Service {
     fn new(arguments: &Arguments) -> Result<Self> {
         let refuse = |reason: &dyn std::fmt::Display| Failure::BadInput(format!("--url {}: {reason}", arguments.url));
         let mut url: Url = arguments.url.parse().map_err(|error| refuse(&error))?;
-        if url.scheme() != "http" {
-            return Err(refuse(&"must begin with http://").into());
+        if !["http", "https"].contains(&url.scheme()) {
+            return Err(refuse(&"must begin with http:// or https://").into());
         }
         url.set_path(&format!("{}/v1/fleet/due", url.path().trim_end_matches('/')));
         let (within_fh, risk) = (arguments.within_fh.to_string(), arguments.risk.to_string());
         url.query_pairs_mut().clear().extend_pairs([("within_fh", within_fh), ("risk", risk)]);
-        Ok(Self { http: reqwest::Client::builder().timeout(PATIENCE).build()?, url })
+        Ok(Self { http: arguments.access.client(&arguments.url, PATIENCE)?, url })
     }
 
     /// All pages as one list.
@@ -99,12 +105,16 @@ impl Service {
     async fn ask(&self, further: &[(&str, &str)]) -> Result<Response> {
         let mut url = self.url.clone();
         url.query_pairs_mut().extend_pairs(further);
-        let answer = self.http.get(url).send().await.map_err(|_| {
-            Failure::NotReachable(format!("no service answers at {}", self.url.origin().ascii_serialization()))
-        })?;
+        let silent = |error| {
+            let (origin, cause) = (self.url.origin().ascii_serialization(), http::cause(&error));
+            Failure::NotReachable(format!("no service answers at {origin}: {cause}"))
+        };
+        let answer = self.http.get(url).send().await.map_err(silent)?;
         match answer.status() {
             StatusCode::OK => Ok(answer),
-            StatusCode::UNPROCESSABLE_ENTITY => Err(Failure::BadInput(refusal(answer).await).into()),
+            StatusCode::UNPROCESSABLE_ENTITY | StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN => {
+                Err(Failure::BadInput(refusal(answer).await).into())
+            }
             StatusCode::SERVICE_UNAVAILABLE => Err(Failure::NotReachable(refusal(answer).await).into()),
             _ => Err(anyhow!("{}", refusal(answer).await)),
         }

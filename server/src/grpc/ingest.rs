@@ -14,7 +14,7 @@ use tonic::{Request, Response, Status, Streaming};
 use super::Service;
 use crate::{
     app::Shared,
-    auth::Caller,
+    auth::{Caller, admitted},
     ingest::{IN_FLIGHT, Judged, Kept, Transport, check, ingest},
     refusal::Refusal,
 };
@@ -55,7 +55,8 @@ fn wire(status: Ingested) -> v1::UploadStatus {
 ///
 /// Messages are checked one after the other and queued in their order; only the wait for the disk is
 /// shared. No message is read while so many wait, or while the caller reads no acknowledgements. When
-/// the service stops, what was read is acknowledged, and the stream ends as unavailable.
+/// the service stops, what was read is acknowledged, and the stream ends as unavailable; when the caller is admitted
+/// no longer, it ends as unauthenticated.
 fn acknowledgements(
     shared: Shared,
     caller: Caller,
@@ -63,9 +64,10 @@ fn acknowledgements(
 ) -> impl Stream<Item = Result<v1::UploadAck, Status>> {
     let stopping = shared.stopping.clone();
     let checker = shared.clone();
-    let judged = messages.take_until(stopping.clone().cancelled_owned()).enumerate().then(move |(i, message)| {
+    let messages = messages.take_until(stopping.clone().cancelled_owned());
+    let judged = admitted(caller.clone(), messages).enumerate().then(move |(i, message)| {
         let (shared, caller) = (checker.clone(), caller.clone());
-        async move { Ok::<_, Status>(judge(&shared, &caller, i as u64 + 1, message?).await) }
+        async move { Ok::<_, Status>(judge(&shared, &caller, i as u64 + 1, message??).await) }
     });
     let acks = judged.map(move |judged| {
         let shared = shared.clone();

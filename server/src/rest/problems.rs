@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 
 use axum::http::StatusCode;
-use domain::Invalid;
+use domain::{Invalid, Permission};
 use utoipa::{
     IntoResponses,
     openapi::{ContentBuilder, Ref, RefOr, Response, ResponseBuilder},
 };
 
-use crate::refusal::Refusal;
+use crate::{auth::Unauthenticated, refusal::Refusal};
 
 type Responses = BTreeMap<String, RefOr<Response>>;
 
@@ -107,6 +107,13 @@ impl IntoResponses for Probing {
     }
 }
 
+/// How those are refused who are not known, or may not.
+pub fn refused(permission: Permission) -> Responses {
+    let words = permission.words();
+    let scope = Refusal::Forbidden(format!("callers of this scope may not {words}"));
+    documented([Refusal::Unauthenticated(Unauthenticated::Missing), scope])
+}
+
 fn not_found() -> Refusal {
     Refusal::NotFound("tail EC-MXZ is not known".to_owned())
 }
@@ -147,6 +154,8 @@ fn response(refusal: &Refusal) -> Response {
 fn meaning(status: StatusCode) -> &'static str {
     match status {
         StatusCode::BAD_REQUEST => "The body is not JSON",
+        StatusCode::UNAUTHORIZED => "It is not known who calls",
+        StatusCode::FORBIDDEN => "The caller may not",
         StatusCode::NOT_FOUND => "There is no such thing",
         StatusCode::REQUEST_TIMEOUT => "The body ended early or took too long",
         StatusCode::CONFLICT => "It contradicts what is stored; nothing was changed",

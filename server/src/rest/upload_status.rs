@@ -117,7 +117,8 @@ pub async fn retry(
 
 async fn read(state: &State, caller: &Caller, upload_id: &UploadId) -> Result<Json<UploadStatusBody>, Refusal> {
     let found = state.store.upload(caller.operator(), upload_id).await?;
-    let record = found.ok_or_else(|| unknown(upload_id))?;
+    // An aircraft does not learn which uploads the others have sent.
+    let record = found.filter(|record| caller.reaches(&record.upload.tail)).ok_or_else(|| unknown(upload_id))?;
     Ok(Json(body(record, &fault_models(state).await?)))
 }
 

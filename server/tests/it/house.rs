@@ -3,15 +3,15 @@
 use std::{
     sync::{
         Arc, LazyLock,
-        atomic::{AtomicI64, Ordering},
+        atomic::{AtomicI64, AtomicU64, Ordering},
     },
     time::Duration,
 };
 
 use domain::{
-    AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Doubt, DoubtKind, Estimate, Explanation, FaultModel,
-    FaultTrend, FaultVector, HingeLoad, LoadSource, Mask, NUMERICS_VERSION, Outcome, Prognosis, Propagation,
-    RulDistribution, SetAside, Timestamp, Upload,
+    Actor, AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Doubt, DoubtKind, Estimate, Explanation,
+    FaultModel, FaultTrend, FaultVector, HingeLoad, LoadSource, Mask, NUMERICS_VERSION, Outcome, Prognosis,
+    Propagation, RulDistribution, Scope, SetAside, Timestamp, Token, Upload,
     explanation::{Driver, Growth, GrowthChange, Movement, Surprise},
     prognosis::{Forecast, InsufficientHistory},
     scoreboard::{AtRul, Coverage, Horizons, LifeHorizons, RulBin, Scoreboard},
@@ -20,8 +20,8 @@ use domain::{
 use proto::{grpc::from_upload, json::UploadBody, v1};
 use reqwest::{Client, Response, StatusCode};
 use serde_json::{Value, json};
-use server::{Metrics, Scorer};
-use store::{Completion, IssuedLife, LifeInputs, LifeResults, Options, Store};
+use server::{Metrics, Scorer, Tls, TlsFiles};
+use store::{Completion, IssuedLife, LifeInputs, LifeResults, Options, Revocation, Store, TokenRecord};
 use tempfile::TempDir;
 use tokio::{net::TcpListener, sync::oneshot, task::JoinHandle};
 use tonic::transport::{Channel, Endpoint};
@@ -38,6 +38,7 @@ pub struct House {
     pub client: Client,
     pub mask_id: String,
     pub model: String,
+    pub tls: Option<Tls>,
     now: Arc<AtomicI64>,
     stop: Option<oneshot::Sender<()>>,
     serving: JoinHandle<()>,
@@ -77,6 +78,13 @@ impl Scorer for Counter {
     }
 }
 
+/// A client that trusts nobody, for services without TLS.
+pub fn client() -> Client {
+    // Whoever is first installs it.
+    let _ = rustls::crypto::ring::default_provider().install_default();
+    Client::builder().tls_certs_only([]).build().unwrap()
+}
+
 pub fn time(text: &str) -> Timestamp {
     text.parse().unwrap()
 }
@@ -95,6 +103,15 @@ impl House {
     }
 
     pub async fn with(enrol: bool, options: Options) -> Self {
+        Self::behind(enrol, options, None).await
+    }
+
+    /// A house behind TLS.
+    pub async fn with_tls(files: TlsFiles) -> Self {
+        Self::behind(true, Options::default(), Some(files)).await
+    }
+
+    async fn behind(enrol: bool, options: Options, files: Option<TlsFiles>) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let url = format!("sqlite:{}", folder.path().join("actuary.db").display());
         let store = Store::open(&url, options).await.unwrap();
@@ -110,25 +127,33 @@ impl House {
         store.register_bundle(&summary, body, time(START)).await.unwrap();
         store.activate_bundle(&summary.hash, time(START)).await.unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
-        let url = format!("http://{}", listener.local_addr().unwrap());
+        let scheme = if files.is_some() { "https" } else { "http" };
+        let url = format!("{scheme}://{}", listener.local_addr().unwrap());
         let now = Arc::new(AtomicI64::new(time(START).micros()));
-        let clock = now.clone();
+        let hand = now.clone();
+        let clock: server::Clock = Arc::new(move || Timestamp::from_micros(hand.load(Ordering::Relaxed)));
+        let tls = files.map(|files| Tls::load(files, clock.clone()).unwrap());
         let state = server::State {
             store: store.clone(),
-            clock: Arc::new(move || Timestamp::from_micros(clock.load(Ordering::Relaxed))),
+            clock,
             stale_after: Duration::from_secs(30 * 86_400),
             enrol,
             scorer: Arc::new(Counter),
             metrics: METRICS.clone(),
         };
         let (stop, stopped) = oneshot::channel();
-        let serving = tokio::spawn(server::serve(listener, state, async { stopped.await.unwrap_or_default() }));
+        let stopped = async { stopped.await.unwrap_or_default() };
+        let serving = match tls.clone() {
+            None => tokio::spawn(server::serve(listener, state, stopped)),
+            Some(tls) => tokio::spawn(server::serve_tls(listener, tls, state, stopped)),
+        };
         Self {
             url,
             store,
-            client: Client::new(),
+            client: client(),
             mask_id: mask().id().to_string(),
             model: summary.hash.to_string(),
+            tls,
             now,
             stop: Some(stop),
             serving,
@@ -139,6 +164,38 @@ impl House {
     /// Lets days pass.
     pub fn wait_days(&self, days: f64) {
         self.now.fetch_add((days * 8.64e10) as i64, Ordering::Relaxed);
+    }
+
+    /// Lets milliseconds pass.
+    pub fn wait_ms(&self, ms: i64) {
+        self.now.fetch_add(1000 * ms, Ordering::Relaxed);
+    }
+
+    /// A new token, good for a day.
+    pub async fn token(&self, operator: &str, scope: Scope) -> Token {
+        static ISSUED: AtomicU64 = AtomicU64::new(1);
+        let random = ContentHash::of(&ISSUED.fetch_add(1, Ordering::Relaxed).to_le_bytes());
+        let token = Token::issue(*random.bytes());
+        let now = Timestamp::from_micros(self.now.load(Ordering::Relaxed));
+        let record = TokenRecord {
+            id: token.id,
+            operator: operator.parse().unwrap(),
+            scope,
+            name: None,
+            secret: token.secret.hash(),
+            created_at: now,
+            expires_at: Some(now.plus_hours(24.0)),
+            revoked_at: None,
+        };
+        self.store.create_token(&record, Actor::Cli).await.unwrap();
+        token
+    }
+
+    /// Revokes a token.
+    pub async fn revoke(&self, operator: &str, token: &Token) {
+        let act = Actor::Cli.at(Timestamp::from_micros(self.now.load(Ordering::Relaxed)));
+        let revoked = self.store.revoke_token(&operator.parse().unwrap(), &token.id, act).await.unwrap();
+        assert_eq!(revoked, Some(Revocation::Revoked));
     }
 
     /// Stops the server; returns when it has ended.

@@ -2,6 +2,7 @@
 
 mod answers;
 mod bad_input;
+mod callers;
 mod components;
 mod corrections;
 mod due;
@@ -10,6 +11,8 @@ mod house;
 mod interface;
 mod maintenance;
 mod pages;
+mod secrets;
 mod stop;
 mod stream;
+mod tls;
 mod uploads;

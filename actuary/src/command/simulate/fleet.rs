@@ -1,13 +1,16 @@
 //! `actuary simulate fleet`: a fleet that uploads to a running service.
 
-use std::{fs::File, io::BufWriter, path::PathBuf};
+use std::{fs::File, io::BufWriter, path::PathBuf, time::Duration};
 
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use domain::Timestamp;
 use simulator::{Client, Fleet, FleetError, FleetPlan, Physics};
 
-use crate::{clock, exit::Failure, telemetry};
+use crate::{clock, exit::Failure, http::Access, telemetry};
+
+/// How long an answer may take.
+const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Fly a simulated fleet against a running service, as fast as it takes the uploads.
 #[derive(Debug, Args)]
@@ -16,6 +19,8 @@ pub struct Arguments {
     /// The service.
     #[arg(long)]
     url: String,
+    #[command(flatten)]
+    access: Access,
     /// Aircraft of the fleet.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=999))]
     tails: u32,
@@ -69,7 +74,9 @@ async fn fly(arguments: Arguments) -> Result<()> {
             PhysicsName::ClosedForm => Physics::ClosedForm,
         },
     };
-    let mut fleet = Fleet::launch(plan, Client::new(&arguments.url).map_err(failure)?).await.map_err(failure)?;
+    let http = arguments.access.client(&arguments.url, PATIENCE)?;
+    let client = Client::new(http, &arguments.url).map_err(failure)?;
+    let mut fleet = Fleet::launch(plan, client).await.map_err(failure)?;
     let flown = fleet.fly_until(arguments.hours).await.map_err(failure)?;
     if let Some(file) = &arguments.truth {
         let write = || simulator::write_truth(fleet.truth(), &mut BufWriter::new(File::create(file)?));

@@ -1,0 +1,59 @@
+//! Aircraft that show a client certificate: the keeper of the client authority vouches for operator and tail.
+
+use std::sync::{Arc, Mutex};
+
+use domain::{Actor, ContentHash, Principal, Scope, Timestamp};
+use rustls::pki_types::CertificateDer;
+use webpki::EndEntityCert;
+
+use super::{Unauthenticated, gate::is_fresh};
+use crate::tls::{Tls, words};
+
+/// How the URI begins that binds a certificate to an operator.
+const OPERATOR: &str = "urn:actuary:operator:";
+/// What stands between the operator and the tail.
+const TAIL: &str = ":tail:";
+
+/// The certificate of a connection, if the client showed one; an extension of every request.
+#[derive(Debug, Clone)]
+pub struct Peer(pub Option<Arc<ClientCertificate>>);
+
+/// A certificate that was good in the handshake, and whose it is.
+#[derive(Debug)]
+pub struct ClientCertificate {
+    principal: Principal,
+    chain: Vec<CertificateDer<'static>>,
+    tls: Tls,
+    judged_at: Mutex<Option<Timestamp>>,
+}
+
+impl ClientCertificate {
+    /// The certificate at the head of a chain that a handshake of `tls` found good.
+    pub fn new(chain: &[CertificateDer<'_>], tls: Tls) -> Option<Self> {
+        let principal = bearer(chain.first()?)?;
+        let chain = chain.iter().map(|certificate| certificate.clone().into_owned()).collect();
+        Some(Self { principal, chain, tls, judged_at: Mutex::new(None) })
+    }
+
+    /// Whose it is, if it is still good: connections outlive certificates, and are resumed without showing them.
+    pub fn admit(&self, now: Timestamp) -> Result<&Principal, Unauthenticated> {
+        let mut judged_at = self.judged_at.lock().expect("no holder panics");
+        if !judged_at.is_some_and(|at| is_fresh(at, now)) {
+            let judged = self.tls.judge(&self.chain, now);
+            judged.map_err(|error| Unauthenticated::Certificate(words(&error)))?;
+            *judged_at = Some(now);
+        }
+        Ok(&self.principal)
+    }
+}
+
+/// The aircraft that a certificate is for: exactly one URI `urn:actuary:operator:OPERATOR:tail:TAIL` among the
+/// subject's alternative names.
+pub fn bearer(certificate: &CertificateDer<'_>) -> Option<Principal> {
+    let parsed = EndEntityCert::try_from(certificate).ok()?;
+    let mut bindings = parsed.valid_uri_names().filter_map(|uri| uri.strip_prefix(OPERATOR));
+    let (operator, tail) = bindings.next().filter(|_| bindings.next().is_none())?.split_once(TAIL)?;
+    let (operator, tail) = (operator.parse().ok()?, tail.parse().ok()?);
+    let actor = Actor::Certificate(ContentHash::of(certificate));
+    Some(Principal { operator, scope: Scope::Aircraft(tail), actor })
+}
