@@ -4,6 +4,7 @@ mod clock;
 mod command;
 mod database;
 mod default_model;
+mod door;
 mod exit;
 mod files;
 mod health;

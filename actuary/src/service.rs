@@ -1,21 +1,21 @@
 //! The parts of one process around a store: what answers callers, what answers probes, what works.
 //! Config -> store -> models -> spawn -> wait -> drain.
 
-use std::{
-    io,
-    net::{Ipv4Addr, SocketAddr},
-    num::NonZeroUsize,
-    sync::Arc,
-    thread::available_parallelism,
-    time::Duration,
-};
+use std::{io, net::SocketAddr, num::NonZeroUsize, sync::Arc, thread::available_parallelism, time::Duration};
 
 use anyhow::{Context, Result, anyhow};
 use store::Store;
 use tokio::{net::TcpListener, runtime::Runtime, task::JoinSet, time::timeout};
 use tokio_util::sync::CancellationToken;
 
-use crate::{clock::Clock, database::Database, default_model, exit::Failure, scorer::IssuedScorer};
+use crate::{
+    clock::Clock,
+    database::Database,
+    default_model,
+    door::{Door, reload_at_hangup},
+    exit::Failure,
+    scorer::IssuedScorer,
+};
 
 /// How long a worker without work waits before it looks again.
 const IDLE: Duration = Duration::from_secs(1);
@@ -43,7 +43,7 @@ pub struct Settings {
 /// How callers are answered.
 pub struct Api {
     /// Where; port 0 = any free one.
-    pub address: SocketAddr,
+    pub door: Door,
     /// Age from which data is stale.
     pub stale_after: Duration,
     /// Whether uploads enrol what is not known yet.
@@ -74,6 +74,7 @@ pub struct Service {
     pub api: Option<SocketAddr>,
     /// Where it answers probes besides.
     pub probes: Option<SocketAddr>,
+    scheme: &'static str,
     shutdown: CancellationToken,
     parts: JoinSet<()>,
 }
@@ -84,19 +85,21 @@ impl Service {
     pub async fn start(settings: Settings) -> Result<Self> {
         // Before anything is recorded.
         let metrics = server::Metrics::install()?;
-        let api_listener = bind(settings.api.as_ref().map(|api| api.address)).await?;
+        let api_listener = bind(settings.api.as_ref().map(|api| api.door.address)).await?;
         let probes_listener = bind(settings.probes).await?;
         let store = settings.database.open().await?;
         let mut service = Self {
             store: store.clone(),
             api: address(api_listener.as_ref())?,
             probes: address(probes_listener.as_ref())?,
+            scheme: "http",
             shutdown: CancellationToken::new(),
             parts: JoinSet::new(),
         };
-        let Self { shutdown, parts, .. } = &mut service;
+        let Self { scheme, shutdown, parts, .. } = &mut service;
         let clock = settings.clock;
         if let (Some(listener), Some(api)) = (api_listener, settings.api) {
+            api.door.must_be_guarded(&store).await?;
             default_model::provide(&store, clock()).await?;
             let state = server::State {
                 store: store.clone(),
@@ -106,7 +109,16 @@ impl Service {
                 scorer: Arc::new(IssuedScorer),
                 metrics: metrics.clone(),
             };
-            parts.spawn(server::serve(listener, state, shutdown.clone().cancelled_owned()));
+            let stopped = shutdown.clone().cancelled_owned();
+            *scheme = api.door.scheme();
+            match api.door.tls {
+                None => parts.spawn(server::serve(listener, state, stopped)),
+                Some(tls) => {
+                    // It does nothing that a stop would have to wait for.
+                    tokio::spawn(reload_at_hangup(tls.clone()));
+                    parts.spawn(server::serve_tls(listener, tls, state, stopped))
+                }
+            };
         }
         if let Some(listener) = probes_listener {
             let probed = server::Probed { store: store.clone(), clock: clock.clone(), metrics: metrics.clone() };
@@ -122,7 +134,7 @@ impl Service {
     /// Says on standard output where it answers, one line each.
     pub fn announce(&self) {
         if let Some(address) = self.api {
-            println!("listening on http://{address}");
+            println!("listening on {}://{address}", self.scheme);
         }
         if let Some(address) = self.probes {
             println!("probes on http://{address}");
@@ -188,11 +200,6 @@ pub async fn interrupted() {
         _ = terminated => {}
         _ = tokio::signal::ctrl_c() => {}
     }
-}
-
-/// An address that only this machine reaches.
-pub fn loopback(port: u16) -> SocketAddr {
-    SocketAddr::from((Ipv4Addr::LOCALHOST, port))
 }
 
 async fn bind(address: Option<SocketAddr>) -> Result<Option<TcpListener>> {

@@ -23,9 +23,14 @@ pub fn binary() -> PathBuf {
 
 /// A client for services without TLS.
 pub fn http() -> reqwest::Client {
+    http_builder().build().expect("a client")
+}
+
+/// The same, to be tuned.
+pub fn http_builder() -> reqwest::ClientBuilder {
     // Whoever is first installs it.
     let _ = rustls::crypto::ring::default_provider().install_default();
-    reqwest::Client::builder().tls_certs_only([]).build().expect("a client")
+    reqwest::Client::builder().tls_certs_only([])
 }
 
 /// Runs `actuary` to its end.

@@ -17,10 +17,11 @@ use tokio::task::JoinHandle;
 use crate::{
     clock::SimulatedClock,
     database::Database,
+    door::Door,
     exit::Failure,
     hindsight,
     http::Access,
-    service::{Api, Service, Settings, Work, interrupted, loopback, on_runtime},
+    service::{Api, Service, Settings, Work, interrupted, on_runtime},
     table, telemetry,
 };
 
@@ -98,7 +99,7 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> 
     let settings = |port| Settings {
         database: database.clone(),
         clock: clock.shared(),
-        api: Some(Api { address: loopback(port), stale_after: Duration::from_secs(30 * 86_400), enrol: true }),
+        api: Some(Api { door: Door::loopback(port), stale_after: Duration::from_secs(30 * 86_400), enrol: true }),
         probes: None,
         work: Some(Work::default()),
     };

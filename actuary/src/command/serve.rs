@@ -8,22 +8,24 @@ use clap::{Args, builder::FalseyValueParser};
 use crate::{
     clock,
     database::Database,
+    door::DoorArguments,
     exit::Failure,
     health::HealthArguments,
-    service::{Api, Service, Settings, loopback, on_runtime},
+    service::{Api, Service, Settings, on_runtime},
     telemetry,
     work::WorkArguments,
 };
 
-/// Serve REST, gRPC and pages, with a worker in the same process. Loopback only, no tokens.
+/// Serve REST, gRPC and pages, with a worker in the same process. As long as no token was ever created, everyone on this
+/// machine is the administrator of the operator `default`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  actuary serve --database-url sqlite:fleet.sqlite --port 8080")]
+#[command(after_help = "Example:\n  actuary serve --database-url sqlite:fleet.sqlite --port 8080\n  \
+    actuary serve --listen 0.0.0.0:8443 --tls-cert service.pem --tls-key service.key --client-ca fleet.pem")]
 pub struct Arguments {
     #[command(flatten)]
     database: Database,
-    /// Port on the loopback address; 0 takes any free one.
-    #[arg(long, env = "ACTUARY_PORT", default_value_t = 8080)]
-    port: u16,
+    #[command(flatten)]
+    door: DoorArguments,
     /// Days after which the newest data is stale.
     #[arg(long, env = "ACTUARY_STALE_AFTER_DAYS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     stale_after_days: u32,
@@ -46,12 +48,14 @@ pub fn run(arguments: Arguments) -> Result<()> {
         let text = "--no-worker needs Postgres: nobody else can work on an SQLite file that this process serves";
         return Err(Failure::BadInput(text.to_owned()).into());
     }
+    let clock = clock::system();
+    let door = arguments.door.door(clock.clone())?;
     on_runtime(async {
         let service = Service::start(Settings {
             database: arguments.database,
-            clock: clock::system(),
+            clock,
             api: Some(Api {
-                address: loopback(arguments.port),
+                door,
                 stale_after: Duration::from_secs(86_400 * u64::from(arguments.stale_after_days)),
                 enrol: !arguments.no_enrolment,
             }),

@@ -88,7 +88,7 @@ pub async fn fly(
 }
 
 fn http() -> Client {
-    Client::builder().timeout(PATIENCE).build().unwrap()
+    tests::http_builder().timeout(PATIENCE).build().unwrap()
 }
 
 struct Aircraft<'a> {

@@ -207,7 +207,12 @@ impl Driver {
 async fn ready(servers: &[String]) {
     let deadline = Instant::now() + Duration::from_secs(60);
     for server in servers {
-        while !reqwest::get(format!("{server}/readyz")).await.is_ok_and(|answer| answer.status().is_success()) {
+        while !tests::http()
+            .get(format!("{server}/readyz"))
+            .send()
+            .await
+            .is_ok_and(|answer| answer.status().is_success())
+        {
             assert!(Instant::now() < deadline, "{server} is not ready a minute after Postgres accepted");
             tokio::time::sleep(Duration::from_millis(20)).await;
         }

@@ -21,7 +21,7 @@ impl Mask {
     /// That of the active bundle.
     pub async fn of(url: &str) -> Self {
         let get = async |path: String| -> Value {
-            let answer = reqwest::get(format!("{url}{path}")).await.unwrap();
+            let answer = tests::http().get(format!("{url}{path}")).send().await.unwrap();
             answer.json().await.unwrap()
         };
         let model = items(get("/v1/models".to_owned()).await)[0]["hash"].as_str().unwrap().to_owned();
