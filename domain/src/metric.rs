@@ -55,6 +55,12 @@ pub const OLDEST_PENDING_SECONDS: Metric = metric(
 /// Uploads that are set aside. A gauge in spite of its name: a retried upload leaves it again.
 pub const SET_ASIDE: Metric =
     metric("set_aside_total", MetricKind::Gauge, "Uploads that are set aside: kept, not used, each with its reason.");
+/// Uploads that lie in no partition of their month; counted up to a thousand.
+pub const UPLOADS_WITHOUT_PARTITION: Metric = metric(
+    "uploads_without_partition",
+    MetricKind::Gauge,
+    "Uploads that lie in the default partition of a Postgres database, up to 1000; it should be 0.",
+);
 /// Time of a durable transaction.
 pub const COMMIT_SECONDS: Metric =
     metric("commit_seconds", MetricKind::Seconds, "Time to write one group of uploads or results durably.");
@@ -95,6 +101,7 @@ pub const ALL: [Metric; 14] = [
     PENDING_UPLOADS,
     OLDEST_PENDING_SECONDS,
     SET_ASIDE,
+    UPLOADS_WITHOUT_PARTITION,
     COMMIT_SECONDS,
     COMMIT_WRITES,
     COMMITS_HALVED,

@@ -76,23 +76,29 @@ pub async fn metrics(Extract(probed): Extract<Probed>) -> Response {
 /// Figures of the database, as they are now; NaN when it does not answer, so that nothing old looks fresh.
 async fn tell_work(probed: &Probed) {
     let figures = timeout(TOLD_WITHIN, probed.store.work_figures()).await;
-    let [pending, oldest_s, set_aside] = match figures {
+    let [pending, oldest_s, set_aside, without_partition] = match figures {
         Ok(Ok(figures)) => {
             let waiting_h = figures.oldest_pending_since.map_or(0.0, |since| (probed.clock)().hours_since(since));
-            [figures.pending as f64, (3600.0 * waiting_h).max(0.0), figures.set_aside as f64]
+            [
+                figures.pending as f64,
+                (3600.0 * waiting_h).max(0.0),
+                figures.set_aside as f64,
+                figures.without_partition as f64,
+            ]
         }
         Ok(Err(error)) => {
             tracing::error!(%error, "the database does not tell how much work waits");
-            [f64::NAN; 3]
+            [f64::NAN; 4]
         }
         Err(_) => {
             tracing::error!("the database does not tell in time how much work waits");
-            [f64::NAN; 3]
+            [f64::NAN; 4]
         }
     };
     gauge!(metric::PENDING_UPLOADS.name).set(pending);
     gauge!(metric::OLDEST_PENDING_SECONDS.name).set(oldest_s);
     gauge!(metric::SET_ASIDE.name).set(set_aside);
+    gauge!(metric::UPLOADS_WITHOUT_PARTITION.name).set(without_partition);
 }
 
 /// Times a REST call or a page.

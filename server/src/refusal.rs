@@ -223,6 +223,10 @@ impl From<StoreError> for Refusal {
             StoreError::Overloaded { .. } | StoreError::Closed | StoreError::NoActiveBundle => {
                 Self::Unavailable(error.to_string())
             }
+            StoreError::Unavailable(_) => {
+                tracing::warn!(%error, "the database does not answer");
+                Self::Unavailable("the database does not answer".to_owned())
+            }
             fault => {
                 tracing::error!(error = %fault, "the store failed");
                 Self::Internal

@@ -8,9 +8,9 @@ use domain::ContentHash;
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum StoreError {
     /// The database's URL names nothing that this build can open.
-    #[error("database URL {url:?} is not supported: use sqlite:PATH")]
+    #[error("database URL {url:?} is not supported: use sqlite:PATH or postgres://ROLE@HOST/DATABASE")]
     UnsupportedUrl {
-        /// The URL.
+        /// The URL, without a password.
         url: String,
     },
     /// Another process (or another handle of this one) owns the file.
@@ -43,13 +43,30 @@ pub enum StoreError {
         /// The schema that this build knows.
         own: i64,
     },
-    /// The schema is that of an older build, and the file was opened for reading only.
-    #[error("database schema {version} is older than that of this build ({own}): migrate it first")]
+    /// The schema is that of an older build, and whoever opens the database must not change it.
+    #[error("database schema {version} is older than that of this build ({own}): run actuary migrate first")]
     OlderSchema {
         /// Version of the schema that was found.
         version: i64,
         /// The schema that this build knows.
         own: i64,
+    },
+    /// There is no schema yet in a Postgres database.
+    #[error("the database has no schema yet: run actuary migrate first, as the role that is to own it")]
+    NotMigrated,
+    /// A Postgres server that cannot hold the schema.
+    #[error("the database server is not supported, because {why}: use Postgres 15 or later, and UTF8")]
+    UnsupportedServer {
+        /// Why not.
+        why: String,
+    },
+    /// A Postgres role that must not serve.
+    #[error("database role {role:?} {why}")]
+    UnsuitableRole {
+        /// The role.
+        role: String,
+        /// Why not, and what to do.
+        why: String,
     },
     /// A migration failed, or an applied one differs from this build's.
     #[error("database migration failed: {0}")]
@@ -113,6 +130,9 @@ pub enum StoreError {
         #[source]
         error: Arc<io::Error>,
     },
+    /// The database does not answer, or could not now: retry later.
+    #[error("the database does not answer: {0}")]
+    Unavailable(#[source] Arc<sqlx::Error>),
     /// The database refused.
     #[error("database: {0}")]
     Database(#[source] Arc<sqlx::Error>),
@@ -127,10 +147,39 @@ impl From<sqlx::Error> for StoreError {
             sqlx::Error::Database(refusal) if refusal.code().as_deref().is_some_and(is_damage) => {
                 Self::Corrupt { row: "database file".to_owned(), detail: refusal.message().to_owned() }
             }
+            sqlx::Error::Database(refusal) if refusal.code().as_deref() == Some(READ_ONLY) => Self::ReadOnly,
+            sqlx::Error::Database(refusal) if refusal.code().as_deref().is_some_and(passes) => {
+                Self::Unavailable(Arc::new(error))
+            }
+            sqlx::Error::Io(_) | sqlx::Error::PoolTimedOut | sqlx::Error::WorkerCrashed => {
+                Self::Unavailable(Arc::new(error))
+            }
             sqlx::Error::PoolClosed => Self::Closed,
             _ => Self::Database(Arc::new(error)),
         }
     }
+}
+
+impl StoreError {
+    /// The error for a URL, without what may be a secret in it.
+    pub(crate) fn unsupported(url: &str) -> Self {
+        let url = match (url.find("://"), url.rfind('@')) {
+            (Some(scheme), Some(host)) if scheme < host => format!("{}://...{}", &url[..scheme], &url[host..]),
+            _ => url.to_owned(),
+        };
+        Self::UnsupportedUrl { url }
+    }
+}
+
+/// What Postgres says of a write where only reading is allowed.
+const READ_ONLY: &str = "25006";
+
+/// Whether a code of Postgres means a trouble that passes: a connection that ended, a server that stops or
+/// starts or has too many callers, a deadlock, a lock or statement that took too long.
+fn passes(code: &str) -> bool {
+    const PASSING: [&str; 10] =
+        ["25P03", "40001", "40P01", "53300", "55P03", "57014", "57P01", "57P02", "57P03", "57P05"];
+    (code.len() == 5 && code.starts_with("08")) || PASSING.contains(&code)
 }
 
 /// Whether an SQLite result code means a damaged file: SQLITE_CORRUPT or SQLITE_NOTADB, extended ones included.

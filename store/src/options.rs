@@ -15,14 +15,16 @@ pub struct Options {
     pub queue_capacity: usize,
     /// How many connections read beside the writer.
     pub read_connections: u32,
-    /// The clock of leases and back-offs. It has nothing to do with the times of uploads, which
-    /// may be simulated.
-    pub clock: Clock,
+    /// Of a Postgres database: how many connections write uploads, and as many others write the rest.
+    pub write_connections: u32,
+    /// The clock of leases and back-offs, when it is not that of the database (SQLite's is the machine's).
+    /// It has nothing to do with the times of uploads, which may be simulated.
+    pub clock: Option<Clock>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { queue_capacity: 4096, read_connections: 4, clock: Clock::system() }
+        Self { queue_capacity: 4096, read_connections: 4, write_connections: 4, clock: None }
     }
 }
 

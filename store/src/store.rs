@@ -11,7 +11,7 @@ use crate::{
     Addition, AuditChain, BundleRecord, Checkpoint, Completion, ComponentRecord, Digest, EventReceipt, EventRecord,
     FinishedLife, Installation, Installed, InstalledTail, IssuedLife, Lease, Lesson, LifeCursor, LifeInputs,
     LifeResults, ModelUse, Options, PriorRecord, PublishedMask, Receipt, Retrial, Revocation, StoreError,
-    TailConfiguration, TokenRecord, UploadRecord, UploadStateKind, Verification, Voiding, WorkFigures, sqlite,
+    TailConfiguration, TokenRecord, UploadRecord, UploadStateKind, Verification, Voiding, WorkFigures, postgres, sqlite,
 };
 
 /// A database of the service. Clones share it.
@@ -22,6 +22,7 @@ pub struct Store(Backend);
 #[derive(Clone)]
 enum Backend {
     Sqlite(Arc<sqlite::Engine>),
+    Postgres(Arc<postgres::Engine>),
 }
 
 /// Calls a method of the same name on the database.
@@ -29,14 +30,26 @@ macro_rules! backend {
     ($store:expr, $method:ident ( $($argument:expr),* )) => {
         match &$store.0 {
             Backend::Sqlite(sqlite) => sqlite.$method($($argument),*).await,
+            Backend::Postgres(postgres) => postgres.$method($($argument),*).await,
         }
     };
 }
 
+/// Whether a URL names a Postgres database.
+fn is_postgres(url: &str) -> bool {
+    url.starts_with("postgres:") || url.starts_with("postgresql:")
+}
+
 impl Store {
-    /// Opens the database at `sqlite:PATH` (or `sqlite://PATH`), creates and migrates it when
-    /// needed, and starts its writer. The file is locked for this process.
+    /// Opens the database at `sqlite:PATH` (or `sqlite://PATH`) or `postgres://ROLE@HOST/DATABASE`, and starts
+    /// what writes to it. An SQLite file is created and migrated when needed, and locked for this process. A
+    /// Postgres database must have been migrated ([`Store::migrate`]), and its role must be one that row-level
+    /// security binds: [`StoreError::NotMigrated`], [`StoreError::UnsuitableRole`].
     pub async fn open(url: &str, options: Options) -> Result<Self, StoreError> {
+        if is_postgres(url) {
+            let postgres = postgres::Engine::open(url, options).await?;
+            return Ok(Self(Backend::Postgres(Arc::new(postgres))));
+        }
         let sqlite = sqlite::Engine::open(url, options).await?;
         Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
     }
@@ -44,11 +57,26 @@ impl Store {
     /// Opens an existing database for reading, beside the process that owns it or without one; nothing is
     /// migrated or written, and writes are refused with [`StoreError::ReadOnly`].
     pub async fn open_read_only(url: &str) -> Result<Self, StoreError> {
+        if is_postgres(url) {
+            let postgres = postgres::Engine::open_read_only(url).await?;
+            return Ok(Self(Backend::Postgres(Arc::new(postgres))));
+        }
         let sqlite = sqlite::Engine::open_read_only(url).await?;
         Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
     }
 
-    /// Writes what still waits, then closes and unlocks the file. Later calls fail with
+    /// Creates the schema of a database or brings it up to date. Of a Postgres database, whoever the URL logs
+    /// in as owns the tables; `service_role`, which must be another one that is not above row-level security, is
+    /// made a member of `actuary_service`, the role that may serve. SQLite knows no roles.
+    pub async fn migrate(url: &str, service_role: Option<&str>) -> Result<(), StoreError> {
+        if is_postgres(url) {
+            return postgres::migrate(url, service_role).await;
+        }
+        sqlite::Engine::open(url, Options::default()).await?.close().await;
+        Ok(())
+    }
+
+    /// Writes what still waits, then closes the database; an SQLite file is unlocked. Later calls fail with
     /// [`StoreError::Closed`].
     pub async fn close(&self) {
         backend!(self, close())

@@ -111,4 +111,7 @@ pub struct WorkFigures {
     pub oldest_pending_since: Option<Timestamp>,
     /// Uploads that are set aside, for whatever reason.
     pub set_aside: u64,
+    /// Uploads of a Postgres database that lie in no partition of their month, counted up to 1000: it should
+    /// be 0.
+    pub without_partition: u64,
 }

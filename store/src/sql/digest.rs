@@ -6,13 +6,14 @@
 //! canonical JSON; nothing that tells when or how often anything was received or computed. One life
 //! at a time is in memory, all are read in one transaction.
 
-use domain::ContentHash;
+use domain::{ContentHash, OperatorId};
 use serde::Serialize;
 
 use super::{
-    Engine,
+    Connection, Engine,
     history::{self, EstimateRange, StateRange},
     lives::LifePointer,
+    operators,
     row::{ComponentColumns, count},
 };
 use crate::{Digest, StoreError};
@@ -20,29 +21,39 @@ use crate::{Digest, StoreError};
 impl Engine {
     pub(crate) async fn digest(&self) -> Result<Digest, StoreError> {
         let mut transaction = self.read_all().await?;
-        let rows: Vec<GenerationRow> = sqlx::query_as(
-            "select operator, part_number, serial_number, overhaul_index, number as generation from generations
-             order by operator, part_number, serial_number, overhaul_index, number",
-        )
-        .fetch_all(&mut *transaction)
-        .await?;
-        let lives: i64 = sqlx::query_scalar("select count(*) from lives").fetch_one(&mut *transaction).await?;
-        let mut digest =
-            Digest { digest: ContentHash::of(b""), estimates: 0, states: 0, lives: count("lives", lives)? };
-        for GenerationRow { key, pointer } in rows {
-            let component = key.component("generations")?;
-            let life = (&component, pointer.overhaul_index, pointer.generation);
-            for estimate in history::estimates(&mut transaction, &component, pointer, EstimateRange::ALL).await? {
-                digest.estimates += 1;
-                digest.digest = chained(digest.digest, &("estimate", life, estimate));
-            }
-            for state in history::states(&mut transaction, &component, pointer, StateRange::ALL).await? {
-                digest.states += 1;
-                digest.digest = chained(digest.digest, &("state", life, state));
-            }
+        let mut digest = Digest { digest: ContentHash::of(b""), estimates: 0, states: 0, lives: 0 };
+        for operator in operators::all(&mut transaction).await? {
+            self.enter(&mut transaction, &operator).await?;
+            extend(&mut transaction, &operator, &mut digest).await?;
         }
         Ok(digest)
     }
+}
+
+/// Chains all results of an operator to a digest.
+async fn extend(connection: &mut Connection, operator: &OperatorId, digest: &mut Digest) -> Result<(), StoreError> {
+    let lives = sqlx::query_scalar("select count(*) from lives where operator = $1").bind(operator.as_str());
+    digest.lives += count::<u64>("lives", lives.fetch_one(&mut *connection).await?)?;
+    let rows: Vec<GenerationRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, overhaul_index, number as generation from generations
+         where operator = $1 order by part_number, serial_number, overhaul_index, number",
+    )
+    .bind(operator.as_str())
+    .fetch_all(&mut *connection)
+    .await?;
+    for GenerationRow { key, pointer } in rows {
+        let component = key.component("generations")?;
+        let life = (&component, pointer.overhaul_index, pointer.generation);
+        for estimate in history::estimates(connection, &component, pointer, EstimateRange::ALL).await? {
+            digest.estimates += 1;
+            digest.digest = chained(digest.digest, &("estimate", life, estimate));
+        }
+        for state in history::states(connection, &component, pointer, StateRange::ALL).await? {
+            digest.states += 1;
+            digest.digest = chained(digest.digest, &("state", life, state));
+        }
+    }
+    Ok(())
 }
 
 #[derive(sqlx::FromRow)]

@@ -101,7 +101,7 @@ pub(super) async fn newest(
         "order by e.occurred_at desc, l.part_number, l.serial_number, l.overhaul_index limit $2"
     ))
     .bind(operator.as_str())
-    .bind(limit)
+    .bind(i64::from(limit))
     .fetch_all(connection)
     .await?;
     rows.into_iter().map(EndingRow::ending).collect()

@@ -8,7 +8,7 @@ use domain::{Component, EventId, EventKind, Finding, MaintenanceEvent, OperatorI
 
 use super::{
     Connection, Engine, lives,
-    row::{BindKey, ComponentColumns, checksum, decode, encode, hours_column, parse},
+    row::{BindKey, Body, ComponentColumns, checksum, decode, encode, hours_column, parse},
     verify,
     write::{Reach, Write},
 };
@@ -87,7 +87,7 @@ pub(super) struct EventRow {
     occurred_at: i64,
     flight_hours: f64,
     received_at: i64,
-    body: Vec<u8>,
+    body: Body,
     checksum: Vec<u8>,
     voided_at: Option<i64>,
 }

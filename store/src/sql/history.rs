@@ -5,7 +5,7 @@ use domain::{Component, Estimate, State, Timestamp, Upload, UploadId};
 use super::{
     Connection, Engine,
     lives::{self, LifePointer},
-    row::{BindKey, ComponentColumns, checksum, decode, hours_column, parse},
+    row::{BindKey, Body, ComponentColumns, checksum, decode, hours_column, parse},
     verify,
 };
 use crate::{LifeCursor, StoreError, Verification};
@@ -106,7 +106,7 @@ struct EstimateRow {
     flight_hours: f64,
     recorded_at: i64,
     upload_id: String,
-    body: Vec<u8>,
+    body: Body,
     checksum: Vec<u8>,
 }
 
@@ -280,7 +280,7 @@ struct StateRow {
     generation: i64,
     block: i64,
     flight_hours: f64,
-    body: Vec<u8>,
+    body: Body,
     checksum: Vec<u8>,
 }
 

@@ -18,6 +18,7 @@ mod history;
 mod ingest;
 mod inputs;
 mod installations;
+mod job;
 mod lessons;
 mod lives;
 mod models;
@@ -38,4 +39,9 @@ mod write;
 
 use super::{Arguments, Connection, Database, Engine, LEASE_NEXT};
 
+pub(crate) use job::{Job, waiting};
+#[allow(unused_imports, reason = "SQLite has no walls")]
+pub(crate) use operators::all as operators;
+#[allow(unused_imports, reason = "SQLite writes everything one after the other")]
+pub(crate) use write::Reach;
 pub(crate) use write::Write;

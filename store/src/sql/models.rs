@@ -4,7 +4,7 @@ use domain::{BundleSummary, ContentHash, Mask, Timestamp};
 
 use super::{
     Connection, Engine,
-    row::{checksum, corrupt, decode, encode, hash},
+    row::{Body, checksum, corrupt, decode, encode, hash},
     verify,
     write::{Reach, Write},
 };
@@ -83,8 +83,8 @@ pub(super) async fn summary(connection: &mut Connection, model: &ContentHash) ->
 #[derive(sqlx::FromRow)]
 struct BundleRow {
     hash: Vec<u8>,
-    summary: Vec<u8>,
-    active: bool,
+    summary: Body,
+    active: i64,
     added_at: i64,
     checksum: Vec<u8>,
 }
@@ -92,7 +92,7 @@ struct BundleRow {
 impl BundleRow {
     fn record(self) -> Result<BundleRecord, StoreError> {
         let summary = decode(&(BUNDLES, hash(BUNDLES, &self.hash)?, self.added_at), &self.summary, &self.checksum)?;
-        Ok(BundleRecord { summary, active: self.active, added_at: Timestamp::from_micros(self.added_at) })
+        Ok(BundleRecord { summary, active: self.active == 1, added_at: Timestamp::from_micros(self.added_at) })
     }
 }
 
@@ -101,7 +101,7 @@ struct MaskRow {
     mask_id: Vec<u8>,
     model: Vec<u8>,
     k_nom: f64,
-    body: Vec<u8>,
+    body: Body,
     checksum: Vec<u8>,
 }
 

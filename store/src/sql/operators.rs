@@ -9,7 +9,7 @@ use super::{Connection, row::parse};
 use crate::StoreError;
 
 /// All operators, in alphabetical order.
-pub(super) async fn all(connection: &mut Connection) -> Result<Vec<OperatorId>, StoreError> {
+pub(crate) async fn all(connection: &mut Connection) -> Result<Vec<OperatorId>, StoreError> {
     let operators: Vec<String> =
         sqlx::query_scalar("select operator from operators order by operator").fetch_all(connection).await?;
     operators.iter().map(|operator| parse("operators", operator)).collect()

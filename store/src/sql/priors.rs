@@ -142,7 +142,7 @@ impl Write for Add {
         .bind(model)
         .bind(&prior.hash.bytes()[..])
         .bind(&prior.parent.bytes()[..])
-        .bind(prior.lives)
+        .bind(i64::from(prior.lives))
         .bind(prior.learned_at.micros())
         .bind(checksum(&name(operator, prior), &[]))
         .bind(body)

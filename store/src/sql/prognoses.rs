@@ -6,7 +6,7 @@ use super::{
     Connection,
     endings::Ending,
     lives::LifePointer,
-    row::{BindKey, ComponentColumns, checksum, corrupt, decode, encode, hours_column},
+    row::{BindKey, Body, ComponentColumns, checksum, corrupt, decode, encode, hours_column},
     verify,
 };
 use crate::{Lease, StoreError, Verification};
@@ -68,7 +68,7 @@ fn name(component: &Component, pointer: LifePointer, fence: i64, issued_at: i64)
 pub(super) struct PrognosisRow {
     pub(super) fence: i64,
     pub(super) issued_at: i64,
-    pub(super) body: Vec<u8>,
+    pub(super) body: Body,
     pub(super) checksum: Vec<u8>,
     pub(super) forecast_from_fh: Option<f64>,
 }
@@ -87,14 +87,13 @@ impl PrognosisRow {
 }
 
 /// Of each stretch of `every_fh` hours before a life's failure, the first prognosis with a forecast that
-/// was issued, by whatever generation answered then, in the order of hours. (A cast rounds towards zero, and
-/// hours are not negative.)
+/// was issued, by whatever generation answered then, in the order of hours.
 pub(super) async fn first_of_each_stretch(
     connection: &mut Connection,
     life: &Ending,
     every_fh: f64,
 ) -> Result<Vec<Prognosis>, StoreError> {
-    let rows: Vec<IssuedRow> = sqlx::query_as(
+    let rows: Vec<IssuedRow> = sqlx::query_as(concat!(
         "select operator, part_number, serial_number, overhaul_index, generation, fence, issued_at, body, checksum,
                 forecast_from_fh
          from prognoses
@@ -103,9 +102,11 @@ pub(super) async fn first_of_each_stretch(
              select min(p.fence) from prognoses p
              where p.operator = $1 and p.part_number = $2 and p.serial_number = $3 and p.overhaul_index = $4
                and p.forecast_from_fh < $5
-             group by cast(p.forecast_from_fh / $6 as integer))
+             group by ",
+        whole!("p.forecast_from_fh / $6"),
+        ")
          order by forecast_from_fh, fence",
-    )
+    ))
     .bind_component(&life.component)
     .bind(life.pointer.overhaul_index)
     .bind(life.failure_fh)

@@ -31,16 +31,18 @@ impl Engine {
     }
 
     pub(crate) async fn work_figures(&self) -> Result<WorkFigures, StoreError> {
-        let (pending, oldest, set_aside): (i64, Option<i64>, i64) = sqlx::query_as(
+        let (pending, oldest, set_aside, without): (i64, Option<i64>, i64, i64) = sqlx::query_as(concat!(
             "select (select count(*) from inbox), (select min(since) from inbox),
-                    (select count(*) from uploads_set_aside)",
-        )
+                    (select count(*) from uploads_set_aside), ",
+            uploads_without_partition!()
+        ))
         .fetch_one(&mut *self.read_all().await?)
         .await?;
         Ok(WorkFigures {
             pending: count("inbox", pending)?,
             oldest_pending_since: oldest.map(Timestamp::from_micros),
             set_aside: count("set_aside", set_aside)?,
+            without_partition: count("uploads", without)?,
         })
     }
 

@@ -4,14 +4,45 @@
 //! body, the canonical JSON of the noun. Its checksum is the SHA-256 of both, so that neither a
 //! flipped bit nor a body under another row's key passes.
 
-use std::{fmt::Display, str::FromStr};
+use std::{fmt::Display, ops::Deref, str::FromStr};
 
 use domain::{Component, ContentHash, OperatorId, Upload, UploadId};
 use serde::{Serialize, de::DeserializeOwned};
-use sqlx::query::{Query, QueryAs};
+use sqlx::{
+    Decode, Type,
+    error::BoxDynError,
+    query::{Query, QueryAs},
+};
 
 use super::{Arguments, Database};
 use crate::StoreError;
+
+/// The text of a body as its column holds it: checked before it is read.
+pub(super) struct Body(Vec<u8>);
+
+impl Deref for Body {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+impl Type<Database> for Body {
+    fn type_info() -> <Database as sqlx::Database>::TypeInfo {
+        <String as Type<Database>>::type_info()
+    }
+
+    fn compatible(found: &<Database as sqlx::Database>::TypeInfo) -> bool {
+        <String as Type<Database>>::compatible(found) || <Vec<u8> as Type<Database>>::compatible(found)
+    }
+}
+
+impl<'r> Decode<'r, Database> for Body {
+    fn decode(value: <Database as sqlx::Database>::ValueRef<'r>) -> Result<Self, BoxDynError> {
+        <Vec<u8> as Decode<Database>>::decode(value).map(Self)
+    }
+}
 
 /// The body of a noun. A noun that would not read back equal is refused.
 pub(super) fn encode<T: Serialize + DeserializeOwned + PartialEq>(what: &str, noun: &T) -> Result<String, StoreError> {

@@ -14,7 +14,7 @@ use super::{
     Connection, Engine,
     correct::{self, Span},
     installations,
-    row::{checksum, decode, encode, hash, parse, verify},
+    row::{Body, checksum, decode, encode, hash, parse, verify},
     write::{Reach, Write},
 };
 use crate::{Addition, StoreError, TailConfiguration, Unestimated, Verification};
@@ -95,7 +95,7 @@ struct ConfigurationRow {
     hash: Vec<u8>,
     added_at: i64,
     tail_checksum: Vec<u8>,
-    body: Vec<u8>,
+    body: Body,
     checksum: Vec<u8>,
 }
 
@@ -216,7 +216,7 @@ impl Add {
 struct BodyRow {
     operator: String,
     hash: Vec<u8>,
-    body: Vec<u8>,
+    body: Body,
     checksum: Vec<u8>,
 }
 

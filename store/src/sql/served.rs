@@ -8,7 +8,7 @@ use super::{
     Connection, Engine, endings,
     lives::LifePointer,
     prognoses::PrognosisRow,
-    row::{ComponentColumns, count, parse},
+    row::{Body, ComponentColumns, count, parse},
     utilisation,
 };
 use crate::{Installed, InstalledTail, StoreError};
@@ -136,7 +136,7 @@ async fn tails(
     limit: u32,
 ) -> Result<Vec<TailNumber>, StoreError> {
     let sql = "select tail from tails where operator = $1 and tail > $2 order by tail limit $3";
-    let query = sqlx::query_scalar(sql).bind(operator.as_str()).bind(after).bind(limit);
+    let query = sqlx::query_scalar(sql).bind(operator.as_str()).bind(after).bind(i64::from(limit));
     let tails: Vec<String> = query.fetch_all(connection).await?;
     tails.iter().map(|tail| parse("tails", tail)).collect()
 }
@@ -153,7 +153,7 @@ struct InstalledRow {
     pending: i64,
     fence: Option<i64>,
     issued_at: Option<i64>,
-    body: Option<Vec<u8>>,
+    body: Option<Body>,
     checksum: Option<Vec<u8>>,
     forecast_from_fh: Option<f64>,
 }

@@ -6,7 +6,7 @@ use futures_util::StreamExt;
 use super::{
     Connection, Engine, aside,
     history::{self, End},
-    row::{BindKey, ComponentColumns, UploadKey, checksum, corrupt, decode, parse},
+    row::{BindKey, Body, ComponentColumns, UploadKey, checksum, corrupt, count, decode, parse},
     verify,
 };
 use crate::{StoreError, UploadRecord, UploadState, UploadStateKind, Verification};
@@ -51,7 +51,7 @@ impl Engine {
     pub(crate) async fn pending(&self) -> Result<u64, StoreError> {
         let waiting: i64 =
             sqlx::query_scalar("select count(*) from inbox").fetch_one(&mut *self.read_all().await?).await?;
-        Ok(waiting.unsigned_abs())
+        count("inbox", waiting)
     }
 }
 
@@ -109,7 +109,7 @@ async fn listed(
             .bind(recorded_at)
             .bind(upload_id.as_str()),
     };
-    let rows = query.bind(limit).fetch_all(connection).await?;
+    let rows = query.bind(i64::from(limit)).fetch_all(connection).await?;
     rows.into_iter().map(UploadRow::upload).collect()
 }
 
@@ -120,7 +120,7 @@ struct UploadRow {
     recorded_at: i64,
     upload_id: String,
     received_at: i64,
-    body: Vec<u8>,
+    body: Body,
     checksum: Vec<u8>,
 }
 

@@ -17,29 +17,39 @@ type Row = <Database as sqlx::Database>::Row;
 
 impl Engine {
     pub(crate) async fn verify(&self) -> Result<Verification, StoreError> {
-        let mut transaction = self.read_all().await?;
-        let mut found = sources(&mut transaction).await?;
-        history::verify(&mut transaction, &mut found).await?;
-        checkpoints::verify_all(&mut transaction, &mut found).await?;
-        prognoses::verify(&mut transaction, &mut found).await?;
-        Ok(found)
+        self.verify_tables(true).await
     }
 
+    /// Of the tables from which all others can be made anew.
     pub(crate) async fn verify_sources(&self) -> Result<Verification, StoreError> {
-        sources(&mut *self.read_all().await?).await
+        self.verify_tables(false).await
+    }
+
+    async fn verify_tables(&self, results: bool) -> Result<Verification, StoreError> {
+        let (mut transaction, mut found) = (self.read_all().await?, Verification::default());
+        models::verify(&mut transaction, &mut found).await?;
+        for wall in self.walls(&mut transaction).await? {
+            self.enter(&mut transaction, &wall).await?;
+            sources(&mut transaction, &mut found).await?;
+            if results {
+                history::verify(&mut transaction, &mut found).await?;
+                checkpoints::verify_all(&mut transaction, &mut found).await?;
+                prognoses::verify(&mut transaction, &mut found).await?;
+            }
+        }
+        let Verification { tables, damaged } = &mut found;
+        damaged.sort_by_key(|row| tables.iter().position(|(table, _)| *table == row.table));
+        Ok(found)
     }
 }
 
-/// The tables from which all others can be made anew.
-async fn sources(connection: &mut Connection) -> Result<Verification, StoreError> {
-    let mut found = Verification::default();
-    models::verify(connection, &mut found).await?;
-    priors::verify_all(connection, &mut found).await?;
-    uploads::verify(connection, &mut found).await?;
-    events::verify(connection, &mut found).await?;
-    sensor_configurations::verify_all(connection, &mut found).await?;
-    tokens::verify_all(connection, &mut found).await?;
-    Ok(found)
+/// The tables of operators from which all others can be made anew.
+async fn sources(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
+    priors::verify_all(connection, found).await?;
+    uploads::verify(connection, found).await?;
+    events::verify(connection, found).await?;
+    sensor_configurations::verify_all(connection, found).await?;
+    tokens::verify_all(connection, found).await
 }
 
 /// Reads all rows of a table and notes those that `check` refuses.
@@ -64,6 +74,9 @@ where
         }
     }
     drop(rows);
-    found.tables.push((table, count));
+    match found.tables.iter_mut().find(|(known, _)| *known == table) {
+        Some((_, rows)) => *rows += count,
+        None => found.tables.push((table, count)),
+    }
     Ok(())
 }

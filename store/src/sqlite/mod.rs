@@ -2,6 +2,9 @@
 
 mod available;
 mod backup;
+
+#[macro_use]
+mod dialect;
 mod open;
 #[allow(clippy::duplicate_mod, reason = "compiled once for each database, with its types")]
 #[path = "../sql/mod.rs"]
@@ -12,21 +15,13 @@ use domain::OperatorId;
 use sqlx::{SqlitePool, Transaction};
 
 use crate::{Clock, StoreError};
+use dialect::LEASE_NEXT;
 use sql::Write;
 use writer::Writer;
 
 type Database = sqlx::Sqlite;
 type Connection = sqlx::SqliteConnection;
 type Arguments = sqlx::sqlite::SqliteArguments;
-
-/// Leases the component that has waited longest until `$2`; `$1` is the present.
-const LEASE_NEXT: &str = "
-    update component_queue set lease_until = $2, fence = fence + 1, attempts = attempts + 1
-    where (operator, part_number, serial_number) = (
-      select operator, part_number, serial_number from component_queue
-      where input_revision > processed_revision and not_before <= $1 and lease_until <= $1
-      order by not_before, operator, part_number, serial_number limit 1)
-    returning operator, part_number, serial_number, input_revision, fence, attempts";
 
 /// An open database file.
 pub(crate) struct Engine {
@@ -44,6 +39,16 @@ impl Engine {
     /// Reads what belongs to no operator or to all of them.
     async fn read_all(&self) -> Result<Transaction<'static, Database>, StoreError> {
         Ok(self.readers.begin().await?)
+    }
+
+    /// The operators one of whom must be entered to see all rows: here it does not matter which.
+    async fn walls(&self, _: &mut Connection) -> Result<Vec<OperatorId>, StoreError> {
+        Ok(vec![OperatorId::default()])
+    }
+
+    /// From now on, the transaction reads what belongs to one operator.
+    async fn enter(&self, _: &mut Connection, _: &OperatorId) -> Result<(), StoreError> {
+        Ok(())
     }
 
     /// Writes an upload, or refuses it when too many wait.

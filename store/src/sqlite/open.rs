@@ -14,10 +14,8 @@ use sqlx::{
 };
 
 use super::{Engine, writer::Owned, writer::Writer};
-use crate::{Options, StoreError};
+use crate::{Clock, Options, StoreError, schema::SCHEMA};
 
-/// The newest schema that this build knows.
-const SCHEMA: i64 = 5;
 /// Marks a database as ours: "ACTU".
 const APPLICATION_ID: i64 = 0x4143_5455;
 const MAGIC: &[u8] = b"SQLite format 3\0";
@@ -37,8 +35,9 @@ impl Engine {
             .execute(&mut connection)
             .await?;
         let readers = readers(&path, options.read_connections).await?;
-        let writer = Writer::start(Owned { connection, lock }, options.queue_capacity, options.clock.clone());
-        Ok(Self { readers, writer, clock: options.clock })
+        let clock = options.clock.unwrap_or_else(Clock::system);
+        let writer = Writer::start(Owned { connection, lock }, options.queue_capacity, clock.clone());
+        Ok(Self { readers, writer, clock })
     }
 
     pub(crate) async fn open_read_only(url: &str) -> Result<Self, StoreError> {
@@ -47,13 +46,12 @@ impl Engine {
             let error = io::Error::new(io::ErrorKind::NotFound, "there is no database");
             return Err(io_error(&path)(error));
         }
-        let options = Options::default();
-        let readers = readers(&path, options.read_connections).await?;
+        let readers = readers(&path, Options::default().read_connections).await?;
         let version = check_origin(&mut *readers.acquire().await?, &path).await?.unwrap_or(0);
         if version < SCHEMA {
             return Err(StoreError::OlderSchema { version, own: SCHEMA });
         }
-        Ok(Self { readers, writer: Writer::none(), clock: options.clock })
+        Ok(Self { readers, writer: Writer::none(), clock: Clock::system() })
     }
 
     pub(crate) async fn close(&self) {
@@ -81,7 +79,7 @@ fn path_of(url: &str) -> Result<PathBuf, StoreError> {
     let path = url.strip_prefix("sqlite:").map(|rest| rest.strip_prefix("//").unwrap_or(rest));
     match path {
         Some(path) if !path.is_empty() && !path.starts_with(':') => Ok(path.into()),
-        _ => Err(StoreError::UnsupportedUrl { url: url.to_owned() }),
+        _ => Err(StoreError::unsupported(url)),
     }
 }
 

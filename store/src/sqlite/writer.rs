@@ -10,20 +10,18 @@
 
 use std::{
     fs::File,
-    future::Future,
-    pin::Pin,
     sync::{Arc, Mutex, PoisonError},
     time::Instant,
 };
 
-use domain::{Timestamp, metric};
+use domain::metric;
 use sqlx::{Connection, SqliteConnection};
 use tokio::{
     sync::{Notify, mpsc, oneshot},
     task::JoinHandle,
 };
 
-use super::sql::Write;
+use super::sql::{Job, Write, waiting};
 use crate::{Clock, StoreError};
 
 /// Most uploads in one transaction.
@@ -204,42 +202,4 @@ fn concerns_all(error: &StoreError) -> bool {
     let StoreError::Database(error) = error else { return false };
     let code = error.as_database_error().and_then(|error| error.code()?.parse::<i64>().ok());
     code.is_some_and(|code| [READONLY, IOERR, FULL, CANTOPEN].contains(&(code & 0xff)))
-}
-
-type Applied<'a> = Pin<Box<dyn Future<Output = Result<(), StoreError>> + Send + 'a>>;
-
-/// A write of any kind with its waiting caller.
-trait Job: Send {
-    fn apply<'a>(&'a mut self, connection: &'a mut SqliteConnection, now: Timestamp) -> Applied<'a>;
-    fn answer(self: Box<Self>, committed: Result<(), StoreError>);
-}
-
-struct Waiting<W: Write> {
-    write: W,
-    output: Option<W::Output>,
-    caller: oneshot::Sender<Result<W::Output, StoreError>>,
-}
-
-/// Where a caller reads its answer.
-type Answer<T> = oneshot::Receiver<Result<T, StoreError>>;
-
-fn waiting<W: Write>(write: W) -> (Box<dyn Job>, Answer<W::Output>) {
-    let (caller, answer) = oneshot::channel();
-    (Box::new(Waiting { write, output: None, caller }), answer)
-}
-
-impl<W: Write> Job for Waiting<W> {
-    fn apply<'a>(&'a mut self, connection: &'a mut SqliteConnection, now: Timestamp) -> Applied<'a> {
-        Box::pin(async move {
-            self.output = Some(self.write.apply(connection, now).await?);
-            Ok(())
-        })
-    }
-
-    fn answer(self: Box<Self>, committed: Result<(), StoreError>) {
-        let Self { output, caller, .. } = *self;
-        let output = committed.map(|()| output.expect("a committed write was applied"));
-        // A caller that has gone away needs no answer; what it wrote stays written.
-        let _ = caller.send(output);
-    }
 }

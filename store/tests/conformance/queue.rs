@@ -21,7 +21,7 @@ async fn accept(store: &Store, id: &str, serial: &str) {
 
 fn by_hand() -> (HandClock, Database) {
     let clock = HandClock::new();
-    let options = Options { clock: clock.clock(), ..Options::default() };
+    let options = Options { clock: Some(clock.clock()), ..Options::default() };
     (clock, Database::with(options))
 }
 
