@@ -94,7 +94,7 @@ pub const WORKER_RESTARTS: Metric = metric(
 );
 
 /// Every figure.
-pub const ALL: [Metric; 14] = [
+pub const ALL: [Metric; 15] = [
     HTTP_REQUEST_SECONDS,
     GRPC_REQUEST_SECONDS,
     UPLOADS,

@@ -2,16 +2,19 @@
 
 mod fixture;
 
+/// The database that stands behind the store.
+const BACKEND: fixture::Backend = fixture::Backend::Sqlite;
+
 use std::{fs, path::Path};
 
 use domain::{Actor, ContentHash, Finding, SetAsideReason};
 use fixture::{
-    Database, bundle, component, configuration, day, drain, finding, later_upload, life_inputs, operator, prior,
-    results, tail, token, upload,
+    Database, bundle, component, configuration, day, drain, finding, later_upload, lease, life_inputs, operator, prior,
+    results, serve, tail, token, upload,
 };
 use metrics_exporter_prometheus::PrometheusBuilder;
 use sqlx::{Connection, Executor, SqliteConnection, migrate::Migrator, sqlite::SqliteConnectOptions};
-use store::{Checkpoint, EventReceipt, Options, Receipt, Retrial, Store, StoreError, UploadState, Voiding};
+use store::{Checkpoint, Completion, EventReceipt, Options, Receipt, Retrial, Store, StoreError, UploadState, Voiding};
 use tokio::task::JoinSet;
 
 async fn execute(path: &Path, sql: &'static str) -> u64 {
@@ -513,4 +516,17 @@ async fn what_cannot_be_read_as_it_is_is_refused_untouched() {
     assert!(matches!(refused, StoreError::OlderSchema { version: 1, .. }), "{refused:?}");
     old.open().await.close().await;
     Store::open_read_only(&old.url()).await.unwrap();
+}
+
+#[tokio::test]
+async fn a_reopened_database_leases_at_once_what_was_leased_before() {
+    let database = Database::new();
+    let store = database.ready().await;
+    store.accept(&operator(), upload("u1", "0001"), day(0.0)).await.unwrap();
+    let before = lease(&store).await;
+    store.close().await;
+    let store = database.open().await;
+    assert_eq!(serve(&store, &before).await, Completion::Fenced);
+    let after = lease(&store).await;
+    assert_eq!((after.fence, after.attempts), (before.fence + 1, 1));
 }

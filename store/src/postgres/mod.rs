@@ -64,6 +64,13 @@ impl Engine {
         Ok(transaction)
     }
 
+    /// Reads what belongs to the installation: no operator is called so.
+    async fn read_installation(&self) -> Result<Transaction<'static, Database>, StoreError> {
+        let mut transaction = self.begin_read().await?;
+        sqlx::query("select set_config('actuary.operator', '', true)").execute(&mut *transaction).await?;
+        Ok(transaction)
+    }
+
     async fn begin_read(&self) -> Result<Transaction<'static, Database>, StoreError> {
         Ok(self.pool.begin_with("begin isolation level repeatable read, read only").await?)
     }

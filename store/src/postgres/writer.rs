@@ -113,16 +113,16 @@ impl Writer {
     /// Lets a transaction reach what it is to write, alone.
     async fn open(&self, connection: &mut Connection, reach: Reach<'_>) -> Result<Opening, StoreError> {
         let sql = match reach {
-            Reach::Operator(_) | Reach::Component(_) => {
+            Reach::Operator(_) | Reach::Component(_) | Reach::Models => {
                 concat!("select set_config('actuary.operator', $1, true), cast(pg_current_xact_id() as text), ", now!())
             }
             Reach::Queue => concat!("select set_config('role', $1, true), cast(null as text), ", now!()),
-            Reach::Models => concat!("select $1, cast(pg_current_xact_id() as text), ", now!()),
         };
         let setting = match reach {
             Reach::Operator(operator) => operator.as_str(),
             Reach::Component(component) => component.operator.as_str(),
             Reach::Queue => "actuary_system",
+            // The installation's.
             Reach::Models => "",
         };
         let opened: (String, Option<String>, i64) =

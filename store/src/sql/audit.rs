@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::{
     Connection, Engine,
-    row::{corrupt, count, encode, hash, parse},
+    row::{Body, corrupt, count, encode, hash, parse},
 };
 use crate::{AuditChain, AuditDamage, StoreError};
 
@@ -66,7 +66,7 @@ impl Engine {
     ) -> Result<Vec<AuditRow>, StoreError> {
         let mut connection = match operator {
             Some(operator) => self.read(operator).await?,
-            None => self.read_all().await?,
+            None => self.read_installation().await?,
         };
         let rows = sqlx::query_as(
             "select sequence, body, hash from audit where operator = $1 and sequence > $2 order by sequence limit $3",
@@ -87,7 +87,7 @@ fn chain_column(operator: Option<&OperatorId>) -> &str {
 #[derive(sqlx::FromRow)]
 struct AuditRow {
     sequence: i64,
-    body: Vec<u8>,
+    body: Body,
     hash: Vec<u8>,
 }
 

@@ -41,6 +41,11 @@ impl Engine {
         Ok(self.readers.begin().await?)
     }
 
+    /// Reads what belongs to the installation.
+    async fn read_installation(&self) -> Result<Transaction<'static, Database>, StoreError> {
+        self.read_all().await
+    }
+
     /// The operators one of whom must be entered to see all rows: here it does not matter which.
     async fn walls(&self, _: &mut Connection) -> Result<Vec<OperatorId>, StoreError> {
         Ok(vec![OperatorId::default()])

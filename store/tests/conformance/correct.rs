@@ -5,11 +5,11 @@ use proptest::{prelude::*, test_runner::TestRunner};
 use store::{Completion, Receipt, Retrial, Store, UploadState, UploadStateKind, Voiding};
 
 use crate::{
+    conformance::installations::{as_stored, by_definition, sighted},
     fixture::{
         Database, component, day, drain, later_upload, lease, life_inputs, operator, results, serve, set_aside, tail,
         upload,
     },
-    installations::{as_stored, by_definition, sighted},
 };
 
 async fn accept(store: &Store, upload: &Upload) {

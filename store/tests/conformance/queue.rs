@@ -128,19 +128,6 @@ async fn the_component_that_waits_longest_comes_first() {
 }
 
 #[tokio::test]
-async fn a_reopened_database_leases_at_once_what_was_leased_before() {
-    let database = Database::new();
-    let store = database.ready().await;
-    accept(&store, "u1", "0001").await;
-    let before = lease(&store).await;
-    store.close().await;
-    let store = database.open().await;
-    assert_eq!(serve(&store, &before).await, Completion::Fenced);
-    let after = lease(&store).await;
-    assert_eq!((after.fence, after.attempts), (before.fence + 1, 1));
-}
-
-#[tokio::test]
 async fn nobody_waits_for_work_that_is_there() {
     let database = Database::new();
     let store = database.ready().await;

@@ -1,7 +1,4 @@
-//! What every database behind the store must do. Only [`fixture::Database`] knows which it is.
-
-#[path = "../fixture/mod.rs"]
-mod fixture;
+//! What every database behind the store must do. Only the fixture's `Database` knows which it is.
 
 mod checkpoints;
 mod correct;
