@@ -117,7 +117,7 @@ create table lives (
     primary key (operator, part_number, serial_number, overhaul_index)
 );
 create index lives_ended on lives (operator, part_number) where ended_by is not null;
-select wall('lives', 'select, insert, update');
+select wall('lives', 'select, insert, update, delete');
 select across('lives', 'select (operator, part_number, serial_number, overhaul_index, generation)');
 
 create table generations (
@@ -130,7 +130,7 @@ create table generations (
     prior bytea not null,
     primary key (operator, part_number, serial_number, overhaul_index, number)
 );
-select wall('generations', 'select, insert');
+select wall('generations', 'select, insert, update, delete');
 
 -- Half-open periods; their ends are moments of the order (recorded_at, upload_id).
 create table installations (
@@ -234,7 +234,7 @@ select make_upload_partitions(3);
 -- How many uploads have no partition of their own month; counted up to a thousand.
 create function uploads_without_partition() returns bigint
 language sql security definer stable set search_path = pg_catalog, public, pg_temp as $$
-    select count(*) from (select from public.uploads_default limit 1000) as some
+    select count(*) from (select from public.uploads_default limit 1000) as counted
 $$;
 revoke execute on function uploads_without_partition from public;
 grant execute on function uploads_without_partition to actuary_system;
@@ -249,7 +249,7 @@ create table inbox (
     since bigint not null,
     primary key (operator, part_number, serial_number, recorded_at, upload_id)
 ) with (autovacuum_vacuum_scale_factor = 0.02);
-select wall('inbox', 'select, insert, delete');
+select wall('inbox', 'select, insert, update, delete');
 select across('inbox', 'select');
 
 -- Uploads that have no estimate. reason: a code; detail: words.
@@ -264,7 +264,7 @@ create table set_aside (
     set_aside_at bigint not null,
     primary key (operator, part_number, serial_number, recorded_at, upload_id)
 );
-select wall('set_aside', 'select, insert, delete');
+select wall('set_aside', 'select, insert, update, delete');
 select across('set_aside', 'select');
 
 -- Uploads that have an estimate, but do not count in their life by a rule over the whole of it.
@@ -280,7 +280,7 @@ create table exclusions (
     detail text not null,
     primary key (operator, part_number, serial_number, recorded_at, upload_id, overhaul_index, generation)
 );
-select wall('exclusions', 'select, insert, delete');
+select wall('exclusions', 'select, insert, update, delete');
 select across('exclusions', 'select');
 
 create table voided (
@@ -337,7 +337,7 @@ create table component_queue (
 create index component_queue_waiting
     on component_queue (not_before, operator, part_number, serial_number)
     where input_revision > processed_revision;
-select wall('component_queue', 'select, insert, update');
+select wall('component_queue', 'select, insert, update, delete');
 select across('component_queue', 'select, update');
 
 create table estimates (
@@ -369,7 +369,7 @@ create table states (
     checksum bytea not null,
     primary key (operator, part_number, serial_number, overhaul_index, generation, block)
 );
-select wall('states', 'select, insert, delete');
+select wall('states', 'select, insert, update, delete');
 
 -- Append-only: what was served, one per lease at most. forecast_from_fh: as_of.flight_hours of a prognosis with a
 -- forecast; null without one.
