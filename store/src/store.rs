@@ -11,7 +11,8 @@ use crate::{
     Addition, AuditChain, BundleRecord, Checkpoint, Completion, ComponentRecord, Digest, EventReceipt, EventRecord,
     FinishedLife, Installation, Installed, InstalledTail, IssuedLife, Lease, Lesson, LifeCursor, LifeInputs,
     LifeResults, ModelUse, Options, PriorRecord, PublishedMask, Receipt, Retrial, Revocation, StoreError,
-    TailConfiguration, TokenRecord, UploadRecord, UploadStateKind, Verification, Voiding, WorkFigures, postgres, sqlite,
+    TailConfiguration, TokenRecord, UploadRecord, UploadStateKind, Verification, Voiding, WorkFigures, postgres,
+    sqlite,
 };
 
 /// A database of the service. Clones share it.
