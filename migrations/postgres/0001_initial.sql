@@ -131,6 +131,7 @@ create table generations (
     primary key (operator, part_number, serial_number, overhaul_index, number)
 );
 select wall('generations', 'select, insert, update, delete');
+select across('generations', 'select');
 
 -- Half-open periods; their ends are moments of the order (recorded_at, upload_id).
 create table installations (

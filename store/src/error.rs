@@ -87,6 +87,9 @@ pub enum StoreError {
         /// How many uploads may wait.
         capacity: usize,
     },
+    /// What was asked for is done with a file.
+    #[error("a Postgres database is no file: copy it with pg_dump, check its structure with pg_amcheck")]
+    NotAFile,
     /// The store was opened for reading only.
     #[error("the database is open for reading only")]
     ReadOnly,

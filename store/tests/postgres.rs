@@ -168,7 +168,8 @@ async fn nothing_is_visible_before_an_operator_is_named_or_behind_anothers_wall(
     assert!(tables.len() > 15, "{tables:?}");
     let mut connection = connect(&cluster.service_url()).await;
     let mut seen = BTreeMap::new();
-    for named in ["", "other", operator().as_str()] {
+    let own = operator();
+    for named in ["", "other", own.as_str()] {
         if !named.is_empty() {
             connection.execute(AssertSqlSafe(format!("set actuary.operator = '{named}'"))).await.unwrap();
         }
@@ -179,7 +180,7 @@ async fn nothing_is_visible_before_an_operator_is_named_or_behind_anothers_wall(
         }
     }
     assert_eq!((seen[""], seen["other"]), (0, 0), "tables of which rows are seen");
-    assert!(seen[operator().as_str()] > 8, "{seen:?}");
+    assert!(seen[own.as_str()] > 8, "{seen:?}");
 }
 
 /// Noon of a day some months after the present, by the machine's clock.
@@ -389,18 +390,19 @@ async fn a_server_that_crashed_and_came_back_is_served_again_with_all_that_was_a
     store.register_bundle(&bundle("one"), &bundle_body("one"), day(0.0)).await.unwrap();
     store.activate_bundle(&bundle("one").hash, day(0.0)).await.unwrap();
     for i in 0..20 {
-        store.accept(&operator(), upload(&format!("u{i}"), "0001"), day(0.0)).await.unwrap();
+        store.accept(&fixture::operator(), upload(&format!("u{i}"), "0001"), day(0.0)).await.unwrap();
     }
     let lease = fixture::lease(&store).await;
     let inputs = life_inputs(&store, &lease).await;
     cluster.crash();
-    let (read, written) = tokio::join!(store.pending(), store.accept(&operator(), upload("u20", "0001"), day(0.0)));
+    let operator = operator();
+    let (read, written) = tokio::join!(store.pending(), store.accept(&operator, upload("u20", "0001"), day(0.0)));
     assert!(matches!(read, Err(StoreError::Unavailable(_))), "{read:?}");
     assert!(matches!(written, Err(StoreError::Unavailable(_))), "{written:?}");
     // What is asked while it comes back waits for it.
     let coming_back = {
         let store = store.clone();
-        tokio::spawn(async move { insist(&store, &operator(), &upload("u20", "0001")).await.0 })
+        tokio::spawn(async move { insist(&store, &fixture::operator(), &upload("u20", "0001")).await.0 })
     };
     cluster.resume();
     assert_eq!(coming_back.await.unwrap(), Receipt::Accepted);

@@ -9,6 +9,7 @@
 //! database's, because the clocks of many machines differ.
 
 mod available;
+mod backup;
 #[macro_use]
 mod dialect;
 mod lanes;

@@ -2,7 +2,6 @@
 
 mod available;
 mod backup;
-
 #[macro_use]
 mod dialect;
 mod open;
