@@ -21,7 +21,7 @@ pub struct MaintenanceEvent {
     pub kind: EventKind,
     /// When.
     pub occurred_at: Timestamp,
-    /// The component's hours since new.
+    /// The component's hours since new, which no overhaul resets.
     pub flight_hours: f64,
     /// What the mechanic wrote.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -32,7 +32,13 @@ pub struct MaintenanceEvent {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "kind", content = "outcome")]
 pub enum EventKind {
-    /// The component was inspected or tested.
+    /// The component was installed at the position.
+    Install,
+    /// It was removed from there. A swap is a removal and an installation.
+    Remove,
+    /// It was overhauled: a new life begins.
+    Overhaul,
+    /// It was inspected or tested.
     Finding(Finding),
 }
 
@@ -53,6 +59,24 @@ impl MaintenanceEvent {
             operator: operator.clone(),
             part_number: self.part_number.clone(),
             serial_number: self.serial_number.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kinds_are_written_as_before_there_were_others_than_findings() {
+        for (kind, text) in [
+            (EventKind::Finding(Finding::Failed), r#"{"kind":"finding","outcome":"failed"}"#),
+            (EventKind::Install, r#"{"kind":"install"}"#),
+            (EventKind::Remove, r#"{"kind":"remove"}"#),
+            (EventKind::Overhaul, r#"{"kind":"overhaul"}"#),
+        ] {
+            assert_eq!(serde_json::to_string(&kind).unwrap(), text);
+            assert_eq!(serde_json::from_str::<EventKind>(text).unwrap(), kind);
         }
     }
 }

@@ -33,7 +33,11 @@ impl Model {
         let usable: Vec<Estimate> = believed.iter().copied().filter(|e| e.usable().is_some()).cloned().collect();
         let newest = usable.last().or(believed.last().copied()).cloned();
         let observations: Vec<Observation> = usable.iter().filter_map(observation).collect();
-        let blocks = blocks(&observations);
+        let mut blocks = blocks(&observations);
+        for block in &mut blocks {
+            // A mean may be rounded to before all that it is the mean of.
+            block.centre_fh = block.centre_fh.max(context.began_fh);
+        }
         let mut digest = self.root(context);
         let mut chained = |estimates: &[Estimate]| {
             digest = ContentHash::of_parts([digest.bytes().as_slice(), &json(&estimates)]);
@@ -48,12 +52,16 @@ impl Model {
     /// What every digest of the life begins with.
     fn root(&self, context: &LifeContext) -> ContentHash {
         let version = NUMERICS_VERSION.to_le_bytes();
-        ContentHash::of_parts([
+        let root = ContentHash::of_parts([
             self.hash.bytes().as_slice(),
             context.prior.hash.bytes().as_slice(),
             &version,
             &json(context.life),
-        ])
+        ]);
+        match context.life.overhaul_index {
+            0 => root,
+            _ => ContentHash::of_parts([root.bytes().as_slice(), &json(&context.began_fh)]),
+        }
     }
 }
 

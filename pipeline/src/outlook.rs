@@ -39,6 +39,8 @@ pub struct LifeContext<'a> {
     pub generation: u32,
     /// The prior that the life is pinned to.
     pub prior: &'a Prior,
+    /// The component's hours since new at which the life began, as good as new: 0, or those of an overhaul.
+    pub began_fh: f64,
 }
 
 /// The filter of a life after one of its blocks.
@@ -255,7 +257,10 @@ impl Walk<'_> {
         };
         match self.recalled.take().and_then(|checkpoint| seen(&checkpoint).map(|seen| (checkpoint.filter, seen))) {
             Some(recalled) => recalled,
-            None => (Filter::new(&self.model.bundle.faults, &self.context.prior.body), 0),
+            None => {
+                let Prior { body, .. } = self.context.prior;
+                (Filter::new(&self.model.bundle.faults, body).beginning_at(self.context.began_fh), 0)
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use domain::{ContentHash, Estimate};
-use prognosis::{FinishedLife, FleetPrior, NoHistory, learn_from_finished};
+use prognosis::{FinishedLife, FleetPrior, NoHistory, block::Observation, learn_from_finished};
 
 use crate::{Model, course::observation};
 
@@ -24,6 +24,8 @@ pub struct Prior {
 pub struct PastLife {
     /// Estimates that count in it, in its order.
     pub estimates: Vec<Estimate>,
+    /// The component's hours since new at which it began.
+    pub began_fh: f64,
     /// When it was found failed, hours since new.
     pub failure_fh: f64,
 }
@@ -53,9 +55,13 @@ impl Model {
 
     /// What finished lives teach, starting from the bundle's own prior. Offline: seconds to minutes on all cores.
     pub fn learn_prior(&self, lives: &[PastLife]) -> Result<Prior, NoHistory> {
+        let since_beginning = |life: &PastLife, observation: Observation| Observation {
+            t_fh: observation.t_fh - life.began_fh,
+            ..observation
+        };
         let finished = |life: &PastLife| FinishedLife {
-            observations: life.estimates.iter().filter_map(observation).collect(),
-            failure_fh: life.failure_fh,
+            observations: life.estimates.iter().filter_map(observation).map(|one| since_beginning(life, one)).collect(),
+            failure_fh: life.failure_fh - life.began_fh,
         };
         let lives: Vec<FinishedLife> = lives.iter().map(finished).collect();
         let Self { bundle, prior, .. } = self;

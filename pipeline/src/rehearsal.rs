@@ -94,7 +94,7 @@ impl Model {
             serial_number: "1".parse().expect("a name"),
         };
         let life = Life { component, overhaul_index: 0 };
-        let context = LifeContext { life: &life, generation: 1, prior: self.prior() };
+        let context = LifeContext { life: &life, generation: 1, prior: self.prior(), began_fh: 0.0 };
         let outlook = self.outlook(&context, &self.course(&context, history), &[], None)?;
         match outlook.prognosis.map(|prognosis| prognosis.forecast) {
             Some(Ok(_)) => Ok(()),

@@ -23,7 +23,7 @@ fn life() -> Life {
 
 fn outlook(model: &Model, estimates: &[Estimate], known: &[State]) -> Outlook {
     let life = life();
-    let context = LifeContext { life: &life, generation: 1, prior: model.prior() };
+    let context = LifeContext { life: &life, generation: 1, prior: model.prior(), began_fh: 0.0 };
     model.outlook(&context, &model.course(&context, estimates), known, None).unwrap()
 }
 
@@ -176,7 +176,7 @@ fn known_states_are_kept_and_those_behind_a_late_upload_replaced() {
 #[test]
 fn a_recalled_filter_changes_nothing() {
     let (model, life) = (model(), life());
-    let context = LifeContext { life: &life, generation: 1, prior: model.prior() };
+    let context = LifeContext { life: &life, generation: 1, prior: model.prior(), began_fh: 0.0 };
     let all = estimates(&model, 60);
     let course = model.course(&context, &all);
     let whole = outlook(&model, &all, &[]);

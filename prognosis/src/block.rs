@@ -16,7 +16,7 @@ const TRIMMED_VARIANCE: f64 = 0.75;
 /// One fault estimate of a life.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
-    /// Flight hours since the start of the life.
+    /// Flight hours, counted from the start of the life or from an earlier one of the component.
     pub t_fh: f64,
     /// The estimated faults, nominal values included.
     pub fault_vector: FaultVector,
@@ -35,7 +35,7 @@ pub struct Block {
     pub index: u64,
     /// Which of the observations it rests on.
     pub observations: Range<usize>,
-    /// Mean time of its observations: the time that its values belong to, hours since the start of the life.
+    /// Mean time of its observations: the time that its values belong to.
     pub centre_fh: f64,
     /// Trimmed mean of each entry, nominal values included.
     pub mean: Vec<f64>,

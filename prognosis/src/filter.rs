@@ -43,7 +43,7 @@ pub struct Filter {
     pub(crate) process_noise: f64,
     pub(crate) growth_changes: Option<GrowthChanges>,
     pub(crate) clipped_mean: ClippedMean,
-    /// Time that the state belongs to, hours since the start of the life.
+    /// Time that the state belongs to, in the hours of the blocks.
     pub(crate) t_fh: f64,
     /// Observations seen.
     pub(crate) observations: usize,
@@ -128,6 +128,12 @@ impl Filter {
             particles: particles(&modes, growth_changes),
             consistency: prior.consistency.map(|limits| Consistency::new(model, prior, limits)),
         }
+    }
+
+    /// The same for a life that begins at some hours, from which its time is counted on.
+    pub fn beginning_at(self, began_fh: f64) -> Self {
+        assert!(self.observations == 0, "a life that has begun");
+        Self { t_fh: began_fh, ..self }
     }
 
     /// Carries the state to the centre of the next block and corrects it.

@@ -106,8 +106,12 @@ pub async fn installed_at(
     tail: &TailNumber,
     position: &Position,
 ) -> Result<Installed, Refusal> {
-    let found = state.store.installed_at(operator, tail, position).await?;
-    found.ok_or_else(|| Refusal::NotFound(format!("nothing is known at position {position} of tail {tail}")))
+    if let Some(found) = state.store.installed_at(operator, tail, position).await? {
+        return Ok(found);
+    }
+    let known = state.store.knows_place(operator, tail, position).await?;
+    let word = if known { "installed now" } else { "known" };
+    Err(Refusal::NotFound(format!("nothing is {word} at position {position} of tail {tail}")))
 }
 
 /// The remaining life at every position of a tail.
@@ -150,9 +154,9 @@ pub fn next_cursor<T>(items: &mut Vec<T>, limit: u32, cursor: impl Fn(&T) -> Str
 /// A component, if anything is known of it.
 pub async fn known(state: &State, component: Component) -> Result<Component, Refusal> {
     let Component { part_number, serial_number, .. } = &component;
-    match state.store.installations(&component).await?.as_slice() {
-        [] => Err(Refusal::NotFound(format!("component {part_number} {serial_number} is not known"))),
-        _ => Ok(component),
+    match state.store.knows_component(&component).await? {
+        false => Err(Refusal::NotFound(format!("component {part_number} {serial_number} is not known"))),
+        true => Ok(component),
     }
 }
 

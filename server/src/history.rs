@@ -1,4 +1,4 @@
-//! The history of a component's present life, a page at a time, assembled once for both transports.
+//! The history of a life of a component, a page at a time, assembled once for both transports.
 
 use domain::Component;
 use proto::json::{HealthItem, Page, StateItem};
@@ -17,6 +17,8 @@ pub struct Range {
     pub from_fh: Option<f64>,
     /// Flight hours before which to end.
     pub to_fh: Option<f64>,
+    /// Which life; the newest one unless it is named.
+    pub life: Option<u32>,
     /// Most items.
     pub limit: u32,
 }
@@ -51,10 +53,27 @@ pub enum History {
 
 /// One page of the history of a component.
 pub async fn history(state: &State, component: &Component, range: &Range, view: View) -> Result<History, Refusal> {
+    if let Some(life) = range.life {
+        must_have(state, component, life).await?;
+    }
     match view {
         View::Estimates(after) => estimates(state, component, range, after).await.map(History::Estimates),
         View::States(after) => states(state, component, range, after).await.map(History::States),
     }
+}
+
+/// Refuses a life that a component has not had yet.
+async fn must_have(state: &State, component: &Component, life: u32) -> Result<(), Refusal> {
+    let lives = state.store.component(component).await?.map_or(0, |record| record.lives.len());
+    if (life as usize) < lives {
+        return Ok(());
+    }
+    let Component { part_number, serial_number, .. } = component;
+    let told = match lives {
+        1 => "it has not been overhauled, its only life is 0".to_owned(),
+        lives => format!("its lives are 0 to {}", lives.saturating_sub(1)),
+    };
+    Err(Refusal::NotFound(format!("component {part_number} {serial_number} has no life {life}: {told}")))
 }
 
 async fn estimates(
@@ -63,7 +82,8 @@ async fn estimates(
     range: &Range,
     after: Option<LifeCursor>,
 ) -> Result<Page<HealthItem>, Refusal> {
-    let read = state.store.estimates(component, range.from_fh, range.to_fh, after.as_ref(), range.limit + 1);
+    let read =
+        state.store.estimates(component, range.life, range.from_fh, range.to_fh, after.as_ref(), range.limit + 1);
     let mut estimates = read.await?;
     let next_cursor = next_cursor(&mut estimates, range.limit, |estimate| cursor::encode(&LifeCursor::from(estimate)));
     let models = fault_models(state).await?;
@@ -77,7 +97,8 @@ async fn states(
     range: &Range,
     after: Option<u64>,
 ) -> Result<Page<StateItem>, Refusal> {
-    let mut states = state.store.states(component, range.from_fh, range.to_fh, after, range.limit + 1).await?;
+    let mut states =
+        state.store.states(component, range.life, range.from_fh, range.to_fh, after, range.limit + 1).await?;
     let next_cursor = next_cursor(&mut states, range.limit, |state| state.block.to_string());
     Ok(Page { items: states.iter().map(StateItem::from).collect(), next_cursor })
 }

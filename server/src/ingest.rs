@@ -2,7 +2,7 @@
 
 use std::{collections::HashMap, sync::Arc, sync::RwLock};
 
-use domain::{ContentHash, Invalid, OperatorId, Upload, UploadId, metric};
+use domain::{Component, ContentHash, Invalid, OperatorId, Position, TailNumber, Upload, UploadId, metric};
 use proto::json::Ingested;
 use store::{PublishedMask, Receipt};
 
@@ -133,7 +133,8 @@ pub async fn check(shared: &Shared, caller: &Caller, upload: Upload) -> Result<C
     };
     upload.check(&published.mask, published.k_nom)?;
     if !shared.state.enrol {
-        must_be_known(&shared.state, caller.operator(), &upload).await?;
+        let component = upload.component(caller.operator());
+        must_be_known(&shared.state, &component, &upload.tail, &upload.position).await?;
     }
     Ok(Checked { operator: caller.operator().clone(), upload })
 }
@@ -147,17 +148,20 @@ async fn keep(shared: &Shared, Checked { operator, upload }: Checked) -> Result<
     }
 }
 
-async fn must_be_known(state: &State, operator: &OperatorId, upload: &Upload) -> Result<(), Refusal> {
+/// Refuses a component or a position that was never heard of, where nothing is enrolled.
+pub async fn must_be_known(
+    state: &State,
+    component: &Component,
+    tail: &TailNumber,
+    position: &Position,
+) -> Result<(), Refusal> {
     let mut invalid = Invalid::default();
-    if state.store.installed_at(operator, &upload.tail, &upload.position).await?.is_none() {
-        invalid.push(
-            "#/position",
-            format!("{} of {} is not known, and uploads do not enrol", upload.position, upload.tail),
-        );
+    if !state.store.knows_place(&component.operator, tail, position).await? {
+        invalid.push("#/position", format!("{position} of {tail} is not known, and nothing is enrolled"));
     }
-    if state.store.installations(&upload.component(operator)).await?.is_empty() {
-        let (part, serial) = (&upload.part_number, &upload.serial_number);
-        invalid.push("#/serial_number", format!("{part} {serial} is not known, and uploads do not enrol"));
+    if !state.store.knows_component(component).await? {
+        let Component { part_number, serial_number, .. } = component;
+        invalid.push("#/serial_number", format!("{part_number} {serial_number} is not known, and nothing is enrolled"));
     }
     Ok(invalid.into_result(Some(()))?)
 }

@@ -1,18 +1,31 @@
 //! What is known of a component, wherever it is installed.
 
-use domain::Timestamp;
+use domain::{EventId, Timestamp};
 
-use crate::{Generation, GenerationRecord, Installation, LifeCursor};
+use crate::{Contradiction, Generation, GenerationRecord, Installation, LifeCursor};
 
 /// A component with its lives and the places where it was installed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComponentRecord {
-    /// When its first upload was received.
+    /// When its first upload or event was received.
     pub enrolled_at: Timestamp,
     /// Its lives, the oldest first.
     pub lives: Vec<LifeRecord>,
     /// Where it was installed, in the order of time.
     pub installations: Vec<Installation>,
+    /// Uploads of it that installs contradict, in the order of time.
+    pub contradictions: Vec<Contradiction>,
+}
+
+/// The overhaul with which a life began.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LifeBeginning {
+    /// The event.
+    pub event_id: EventId,
+    /// When it was.
+    pub occurred_at: Timestamp,
+    /// The component's hours since new at which it was.
+    pub flight_hours: f64,
 }
 
 /// A life as far as it is estimated.
@@ -20,6 +33,8 @@ pub struct ComponentRecord {
 pub struct LifeRecord {
     /// 0 for the life that began when the component was new, then one more per overhaul.
     pub overhaul_index: u32,
+    /// What it began with; `None` for the life that began when the component was new.
+    pub began: Option<LifeBeginning>,
     /// Its active generation.
     pub generation: Generation,
     /// All of its generations, by number: those that answered before, and one that has still to be made.

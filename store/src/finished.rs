@@ -18,6 +18,8 @@ pub struct IssuedLife {
 pub struct FinishedLife {
     /// The life.
     pub life: Life,
+    /// The component's hours since new at which the life began.
+    pub began_fh: f64,
     /// The component's hours since new at which it was found failed.
     pub failure_fh: f64,
     /// The estimates that count up to the failure, in the order of the life; there may be none.

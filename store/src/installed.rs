@@ -1,6 +1,6 @@
 //! Which component sits where, and since when.
 
-use domain::{PartNumber, Position, Prognosis, SerialNumber, TailNumber, Timestamp};
+use domain::{EventId, PartNumber, Position, Prognosis, SerialNumber, TailNumber, Timestamp, UploadId};
 
 /// A component at the position where it is installed now.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,4 +48,39 @@ pub struct Installation {
     pub from: Timestamp,
     /// First known moment after it; `None` while it lasts.
     pub to: Option<Timestamp>,
+    /// Who tells of it.
+    pub source: InstallationSource,
+}
+
+/// Who tells that a component was installed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum InstallationSource {
+    /// An install was reported.
+    Event,
+    /// Uploads saw it there, and no event says otherwise.
+    Uploads,
+}
+
+/// An upload that an install contradicts: only one of them can be right. What the upload led to stays with the
+/// component that it names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Contradiction {
+    /// The first such upload of a stretch.
+    pub upload_id: UploadId,
+    /// When it was recorded.
+    pub recorded_at: Timestamp,
+    /// The aircraft that it names.
+    pub tail: TailNumber,
+    /// The position that it names.
+    pub position: Position,
+    /// The install.
+    pub event_id: EventId,
+    /// Part number of the component that the install names.
+    pub part_number: PartNumber,
+    /// Its serial number.
+    pub serial_number: SerialNumber,
+    /// The aircraft on which the install puts that one.
+    pub told_tail: TailNumber,
+    /// The position where it puts it.
+    pub told_position: Position,
 }

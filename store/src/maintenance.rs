@@ -7,12 +7,12 @@ use domain::{MaintenanceEvent, Timestamp};
 pub enum EventReceipt {
     /// It is new and stored.
     Recorded,
+    /// It is new and stored, and so is its component, which was not known before.
+    Enrolled,
     /// The same content was stored under this id before, whether it was voided since or not.
     Duplicate,
     /// Other content was stored under this id before; this one is not stored.
     Conflict,
-    /// No upload of its component was ever received; it is not stored.
-    UnknownComponent,
 }
 
 /// A stored event.

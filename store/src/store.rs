@@ -224,8 +224,12 @@ impl Store {
         backend!(self, issued_on_finished_lives(operator, every_fh, limit))
     }
 
-    /// Stores a maintenance event; returns once it is durable. A component is known by its uploads. The
-    /// first finding `failed` of a life, in the order of (flight_hours, occurred_at, event_id), ends it.
+    /// Stores a maintenance event; returns once it is durable. An event of an unknown component enrols it.
+    ///
+    /// Installs and removals say where a component is, whatever uploads say. An overhaul begins a life: an
+    /// upload or event belongs to the life whose number is that of the overhauls strictly before it, in the
+    /// order of (flight_hours, time). The first finding `failed` of a life, in the order of (flight_hours,
+    /// occurred_at, event_id), ends it. What an event changes of the lives is found anew by a worker.
     pub async fn record_event(
         &self,
         operator: &OperatorId,
@@ -466,6 +470,21 @@ impl Store {
         backend!(self, installed_fleet(operator, after, limit))
     }
 
+    /// Whether any upload or event of a component was ever stored.
+    pub async fn knows_component(&self, component: &Component) -> Result<bool, StoreError> {
+        backend!(self, knows_component(component))
+    }
+
+    /// Whether any upload, install or removal at a position was ever stored.
+    pub async fn knows_place(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+        position: &Position,
+    ) -> Result<bool, StoreError> {
+        backend!(self, knows_place(operator, tail, position))
+    }
+
     /// A component with its lives and installations; `None` for an unknown one.
     pub async fn component(&self, component: &Component) -> Result<Option<ComponentRecord>, StoreError> {
         backend!(self, component(component))
@@ -476,29 +495,31 @@ impl Store {
         backend!(self, installations(component))
     }
 
-    /// Estimates that count in a component's newest life with `from_fh <= flight_hours < to_fh`, in the
+    /// Estimates that count in a life of a component (the newest one unless it is named) with `from_fh <= flight_hours < to_fh`, in the
     /// order of the life, from the first one after `after`.
     pub async fn estimates(
         &self,
         component: &Component,
+        life: Option<u32>,
         from_fh: Option<f64>,
         to_fh: Option<f64>,
         after: Option<&LifeCursor>,
         limit: u32,
     ) -> Result<Vec<Estimate>, StoreError> {
-        backend!(self, estimates(component, from_fh, to_fh, after, limit))
+        backend!(self, estimates(component, life, from_fh, to_fh, after, limit))
     }
 
-    /// States of a component's newest life with `from_fh <= as_of.flight_hours < to_fh`, by block,
+    /// States of a life of a component (the newest one unless it is named) with `from_fh <= as_of.flight_hours < to_fh`, by block,
     /// from the first one after block `after`.
     pub async fn states(
         &self,
         component: &Component,
+        life: Option<u32>,
         from_fh: Option<f64>,
         to_fh: Option<f64>,
         after: Option<u64>,
         limit: u32,
     ) -> Result<Vec<State>, StoreError> {
-        backend!(self, states(component, from_fh, to_fh, after, limit))
+        backend!(self, states(component, life, from_fh, to_fh, after, limit))
     }
 }

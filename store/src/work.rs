@@ -43,6 +43,8 @@ pub struct LifeInputs {
     /// Its newest generation. While that is not the one that answers, it has still to be made: from all
     /// uploads of the life.
     pub generation: Generation,
+    /// The component's hours since new at which the life began: 0, or those of an overhaul.
+    pub began_fh: f64,
     /// Uploads that have no estimate in this generation yet, in the order of the life.
     pub unestimated: Vec<Unestimated>,
     /// Estimates of the generation so far, in the order of the life: also those that were excluded

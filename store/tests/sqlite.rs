@@ -221,8 +221,8 @@ async fn served(store: &Store) -> Result<Served, StoreError> {
     }
     Ok(Served {
         uploads,
-        estimates: store.estimates(&component("0001"), None, None, None, 100).await?,
-        states: store.states(&component("0001"), None, None, None, 100).await?,
+        estimates: store.estimates(&component("0001"), None, None, None, None, 100).await?,
+        states: store.states(&component("0001"), None, None, None, None, 100).await?,
         installed: store.installed(&operator(), &tail("EC-MXA")).await?,
         mask: store.mask(&fixture::mask().id()).await?,
         bundles: store.bundles().await?,
@@ -335,7 +335,7 @@ const UNCHANGED: [&str; 14] = [
     "insert into tails select * from later.tails",
     "insert into components select * from later.components",
     "insert into generations select * from later.generations",
-    "insert into installations select * from later.installations",
+    "insert into installations select * from later.observed_installations",
     "insert into upload_keys select * from later.upload_keys",
     "insert into uploads select * from later.uploads",
     "insert into component_queue select * from later.component_queue",

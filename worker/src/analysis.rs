@@ -16,6 +16,7 @@ use crate::models::Masks;
 pub struct Reading {
     life: Life,
     generation: u32,
+    began_fh: f64,
     prior: Arc<Prior>,
     estimates: Vec<Estimate>,
     set_aside: Vec<SetAside>,
@@ -25,13 +26,13 @@ pub struct Reading {
 
 /// Estimates what waits, and orders all that is known of the life.
 pub fn read(model: &Model, prior: Arc<Prior>, masks: &Masks, inputs: LifeInputs) -> Reading {
-    let LifeInputs { life, generation, unestimated, mut estimates, states: known } = inputs;
+    let LifeInputs { life, generation, began_fh, unestimated, mut estimates, states: known } = inputs;
     let (new, set_aside) = estimate_each(model, masks, &unestimated);
     estimates.extend(new.iter().cloned());
     estimates.sort_by(Estimate::life_order);
-    let context = LifeContext { life: &life, generation: generation.number, prior: &prior };
+    let context = LifeContext { life: &life, generation: generation.number, prior: &prior, began_fh };
     let course = model.course(&context, &estimates);
-    Reading { life, generation: generation.number, prior, estimates: new, set_aside, course, known }
+    Reading { life, generation: generation.number, began_fh, prior, estimates: new, set_aside, course, known }
 }
 
 impl Reading {
@@ -52,7 +53,8 @@ impl Reading {
         recalled: Option<Checkpoint>,
         now: Timestamp,
     ) -> Result<(LifeResults, Option<Checkpoint>), OutlookError> {
-        let context = LifeContext { life: &self.life, generation: self.generation, prior: &self.prior };
+        let Self { life, generation, began_fh, prior, .. } = &self;
+        let context = LifeContext { life, generation: *generation, prior, began_fh: *began_fh };
         let outlook = model.outlook(&context, &self.course, &self.known, recalled)?;
         let results = LifeResults {
             overhaul_index: self.life.overhaul_index,

@@ -7,7 +7,7 @@
 use std::{sync::Arc, time::Duration};
 
 use pipeline::{PastLife, Prior};
-use store::{Lesson, PriorRecord, Store};
+use store::{FinishedLife, Lesson, PriorRecord, Store};
 use tokio::task::spawn_blocking;
 use tokio_util::sync::CancellationToken;
 
@@ -46,7 +46,8 @@ async fn take(lesson: &Lesson, store: &Store, models: &Models, settings: &Settin
     let Lesson { operator, part_number, model: hash, .. } = lesson;
     let finished = store.finished_lives(operator, part_number, hash).await?;
     let lives = finished.len() as u32;
-    let past = finished.into_iter().map(|life| PastLife { estimates: life.estimates, failure_fh: life.failure_fh });
+    let past = |FinishedLife { estimates, began_fh, failure_fh, .. }| PastLife { estimates, began_fh, failure_fh };
+    let past = finished.into_iter().map(past);
     let (past, model): (Vec<PastLife>, _) = (past.collect(), models.get(hash).await?);
     let teacher = model.clone();
     let learned = spawn_blocking(move || teacher.learn_prior(&past)).await?;

@@ -21,7 +21,7 @@ async fn uploads_become_estimates_states_and_a_prognosis() {
     let diagnosis = record.estimate.unwrap().usable().unwrap().clone();
     assert!(diagnosis.fault_vector.values()[0] < 0.02, "{diagnosis:?}");
     let component = upload(&model, mask, 0).component(&operator);
-    let states = store.states(&component, None, None, None, 100).await.unwrap();
+    let states = store.states(&component, None, None, None, None, 100).await.unwrap();
     assert_eq!(states.iter().map(|state| state.block).collect::<Vec<_>>(), [0, 1, 2]);
     let installed = store.installed(&operator, &"EC-MXA".parse().unwrap()).await.unwrap();
     let prognosis = installed[0].prognosis.clone().unwrap();
@@ -80,7 +80,7 @@ async fn an_upload_whose_hours_or_time_cannot_be_is_set_aside_and_states_rest_on
         assert!(detail.contains(word), "{detail}");
     }
     let component = upload(&model, mask, 0).component(&operator);
-    let states = store.states(&component, None, None, None, 100).await.unwrap();
+    let states = store.states(&component, None, None, None, None, 100).await.unwrap();
     assert_eq!(states.iter().map(|state| state.observations).sum::<usize>(), 4, "u0, u1, u2 and u4: {states:?}");
     let installed = store.installed(&operator, &"EC-MXA".parse().unwrap()).await.unwrap();
     assert_eq!(installed[0].prognosis.clone().unwrap().as_of.flight_hours, 28.0);
@@ -104,7 +104,7 @@ async fn a_new_worker_goes_on_where_another_one_stopped() {
     }
     work(&at_once).await;
     let component = upload(&model, mask, 0).component(&operator);
-    let states = in_parts.states(&component, None, None, None, 100).await.unwrap();
+    let states = in_parts.states(&component, None, None, None, None, 100).await.unwrap();
     let wanted: Vec<_> = states.iter().map(|state| (state.block, state.digest)).collect();
     let kept = in_parts.checkpoint(&component, 0, 1, &wanted).await.unwrap().unwrap();
     assert_eq!(kept.block, 24, "the twenty-fifth block's");

@@ -14,11 +14,14 @@ pub struct ComponentBody {
     /// Serial number.
     #[schema(example = "SN-0001")]
     pub serial_number: String,
-    /// When its first upload was stored.
+    /// When its first upload or event was stored.
     #[schema(format = "date-time", example = "2026-03-01T12:31:07Z")]
     pub enrolled_at: String,
     /// Where it was installed, in the order of time.
     pub installations: Vec<InstallationItem>,
+    /// Uploads of it that installs contradict, in the order of time: only one of the two can be right. Estimates stay
+    /// with the component that the upload names.
+    pub contradictions: Vec<ContradictionItem>,
     /// Its lives, the oldest first; the last one is the present one.
     pub lives: Vec<LifeItem>,
     /// What maintenance reported of it, in the order of (flight_hours, occurred_at, event_id), voided
@@ -26,7 +29,7 @@ pub struct ComponentBody {
     pub events: Vec<EventItem>,
 }
 
-/// A half-open period for which a component was installed at a position, as far as uploads tell it.
+/// A half-open period for which a component was installed at a position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct InstallationItem {
     /// The aircraft.
@@ -41,6 +44,41 @@ pub struct InstallationItem {
     /// First known moment after it; null while it lasts.
     #[schema(required, format = "date-time", example = json!(null))]
     pub to: Option<String>,
+    /// Who tells of it.
+    pub source: InstallationSource,
+}
+
+/// Who tells that a component was installed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum InstallationSource {
+    /// An install was reported.
+    Event,
+    /// Uploads saw it there, and no event says otherwise.
+    Uploads,
+}
+
+/// An upload that an install contradicts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ContradictionItem {
+    /// The first such upload of a stretch.
+    #[schema(example = "EC-MXA.AIL-L.000123")]
+    pub upload_id: String,
+    /// When it was recorded.
+    #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
+    pub recorded_at: String,
+    /// The aircraft that it names.
+    #[schema(example = "EC-MXA")]
+    pub tail: String,
+    /// The position that it names.
+    #[schema(example = "AIL-L")]
+    pub position: String,
+    /// The install.
+    #[schema(example = "WO-2026-0815")]
+    pub event_id: String,
+    /// What the install says instead.
+    #[schema(example = "EMA-500 SN-0002 is installed at AIL-L of EC-MXA")]
+    pub detail: String,
 }
 
 /// A component between two overhauls.
@@ -49,6 +87,9 @@ pub struct LifeItem {
     /// Overhaul index: 0 for the life that began when the component was new.
     #[schema(example = 0)]
     pub life: u32,
+    /// The overhaul with which it began; null for the life that began when the component was new.
+    #[schema(required)]
+    pub began: Option<LifeBeginning>,
     /// Which (bundle, prior) generation answers are made of.
     #[schema(example = 1)]
     pub generation: u32,
@@ -68,4 +109,18 @@ pub struct LifeItem {
     /// goes on.
     #[schema(required, example = json!(null))]
     pub found_failed_fh: Option<f64>,
+}
+
+/// The overhaul with which a life began.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct LifeBeginning {
+    /// The event.
+    #[schema(example = "WO-2026-0820")]
+    pub event_id: String,
+    /// The component's hours since new at which it was.
+    #[schema(example = 5234.5)]
+    pub flight_hours: f64,
+    /// When it was.
+    #[schema(format = "date-time", example = "2026-03-20T08:00:00Z")]
+    pub occurred_at: String,
 }

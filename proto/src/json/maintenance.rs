@@ -18,9 +18,9 @@ pub struct MaintenanceBody {
     /// The event's name, unique for ever within its operator.
     #[schema(example = "WO-2026-0815", pattern = "^[A-Za-z0-9._:-]{1,64}$")]
     pub event_id: String,
-    /// What happened; only findings are taken by this version.
+    /// What happened.
     pub kind: MaintenanceKind,
-    /// What a finding found: required for one.
+    /// What a finding found: required for a finding, and only for one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outcome: Option<FindingOutcome>,
     /// The component's part number, 1-32 printable characters.
@@ -32,7 +32,7 @@ pub struct MaintenanceBody {
     /// When, RFC 3339 with an offset; at most a day ahead.
     #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
     pub occurred_at: String,
-    /// The component's hours since new.
+    /// The component's hours since new, which no overhaul resets.
     #[schema(minimum = 0, example = 5234.5)]
     pub flight_hours: f64,
     /// What the mechanic wrote, at most 2000 characters.
@@ -45,11 +45,11 @@ pub struct MaintenanceBody {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MaintenanceKind {
-    /// It was installed: not taken by this version.
+    /// It was installed at the position.
     Install,
-    /// It was removed: not taken by this version.
+    /// It was removed from there; a swap is a `remove` and an `install`.
     Remove,
-    /// It was overhauled: not taken by this version.
+    /// It was overhauled: a new life begins, and its hours since new go on.
     Overhaul,
     /// It was inspected or tested.
     Finding,
@@ -83,8 +83,8 @@ pub struct MaintenanceAck {
     pub event_id: String,
     /// What became of it.
     pub status: MaintenanceStatus,
-    /// How it contradicts the newest upload of the component; absent when it does not. It was stored
-    /// nevertheless, since either may be wrong: void it if it is.
+    /// What is odd about it: the component was not known before, or its hours contradict its newest upload;
+    /// absent when nothing is. It was stored nevertheless, since either may be wrong: void it if it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(
         example = "523.4 fh are not possible for a component whose newest upload tells 5230 fh at 2026-02-28T09:10:00Z"
@@ -162,16 +162,21 @@ impl MaintenanceBody {
     }
 
     fn kind(&self, invalid: &mut Invalid) -> Option<EventKind> {
-        match (self.kind, self.outcome) {
+        let kind = match (self.kind, self.outcome) {
             (MaintenanceKind::Finding, Some(outcome)) => return Some(EventKind::Finding(outcome.into())),
             (MaintenanceKind::Finding, None) => {
                 invalid.push("#/outcome", "missing: a finding is \"failed\" or \"serviceable\"");
+                return None;
             }
-            (MaintenanceKind::Install | MaintenanceKind::Remove | MaintenanceKind::Overhaul, _) => {
-                invalid.push("#/kind", "this version records findings only: installations follow from uploads");
-            }
+            (MaintenanceKind::Install, _) => EventKind::Install,
+            (MaintenanceKind::Remove, _) => EventKind::Remove,
+            (MaintenanceKind::Overhaul, _) => EventKind::Overhaul,
+        };
+        if self.outcome.is_some() {
+            invalid.push("#/outcome", "only a finding has one");
+            return None;
         }
-        None
+        Some(kind)
     }
 }
 
@@ -188,6 +193,9 @@ impl EventItem {
     /// An event as stored.
     pub fn new(event: MaintenanceEvent, received_at: Timestamp, voided_at: Option<Timestamp>) -> Self {
         let (kind, outcome) = match event.kind {
+            EventKind::Install => (MaintenanceKind::Install, None),
+            EventKind::Remove => (MaintenanceKind::Remove, None),
+            EventKind::Overhaul => (MaintenanceKind::Overhaul, None),
             EventKind::Finding(Finding::Failed) => (MaintenanceKind::Finding, Some(FindingOutcome::Failed)),
             EventKind::Finding(Finding::Serviceable) => (MaintenanceKind::Finding, Some(FindingOutcome::Serviceable)),
         };

@@ -76,6 +76,7 @@ impl FleetHealth for Service {
         let range = Range {
             from_fh: grpc_hours("from_fh", request.from_fh)?,
             to_fh: grpc_hours("to_fh", request.to_fh)?,
+            life: request.life,
             limit: grpc_limit(request.limit)?,
         };
         let view = view(&request)?;

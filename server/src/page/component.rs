@@ -49,7 +49,7 @@ pub async fn get(
     let hours_now = installed.prognosis.as_ref().map_or(0.0, |prognosis| prognosis.as_of.flight_hours);
     let from_fh = hours_now - f64::from(MAX_BLOCKS) * domain::state::BLOCK_FH;
     let component = answer::component(caller.operator(), &installed);
-    let blocks = state.store.states(&component, Some(from_fh.max(0.0)), None, None, MAX_BLOCKS).await?;
+    let blocks = state.store.states(&component, None, Some(from_fh.max(0.0)), None, None, MAX_BLOCKS).await?;
     let models = answer::fault_models(state).await?;
     let model = installed.prognosis.as_ref().map(|prognosis| prognosis.model);
     let faults = model.and_then(|model| models.iter().find(|(hash, _)| *hash == model)).map(|(_, faults)| faults);

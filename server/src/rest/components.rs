@@ -2,8 +2,10 @@
 
 use axum::{Json, extract::State as Extract};
 use domain::Component;
-use proto::json::{AsOfBody, ComponentBody, InstallationItem, LifeItem};
-use store::{ComponentRecord, EventRecord, Installation, LifeCursor, LifeRecord};
+use proto::json::{
+    AsOfBody, ComponentBody, ContradictionItem, InstallationItem, InstallationSource, LifeBeginning, LifeItem,
+};
+use store::{ComponentRecord, Contradiction, EventRecord, Installation, LifeCursor, LifeRecord};
 
 use super::{Unit, maintenance, problems::Lookup};
 use crate::{app::Shared, auth::Caller, parameters::Named, refusal::Refusal};
@@ -36,19 +38,47 @@ fn body(component: Component, record: ComponentRecord, events: Vec<EventRecord>)
         serial_number: component.serial_number.into(),
         enrolled_at: record.enrolled_at.into(),
         installations: record.installations.into_iter().map(installation).collect(),
+        contradictions: record.contradictions.into_iter().map(contradiction).collect(),
         lives: record.lives.into_iter().map(life).collect(),
         events: events.into_iter().map(maintenance::item).collect(),
     }
 }
 
 fn installation(installation: Installation) -> InstallationItem {
-    let Installation { tail, position, from, to } = installation;
-    InstallationItem { tail: tail.into(), position: position.into(), from: from.into(), to: to.map(String::from) }
+    let Installation { tail, position, from, to, source } = installation;
+    InstallationItem {
+        tail: tail.into(),
+        position: position.into(),
+        from: from.into(),
+        to: to.map(String::from),
+        source: match source {
+            store::InstallationSource::Event => InstallationSource::Event,
+            store::InstallationSource::Uploads => InstallationSource::Uploads,
+        },
+    }
+}
+
+fn contradiction(contradiction: Contradiction) -> ContradictionItem {
+    let Contradiction { part_number, serial_number, told_tail, told_position, .. } = &contradiction;
+    ContradictionItem {
+        detail: format!("{part_number} {serial_number} is installed at {told_position} of {told_tail}"),
+        upload_id: contradiction.upload_id.into(),
+        recorded_at: contradiction.recorded_at.into(),
+        tail: contradiction.tail.into(),
+        position: contradiction.position.into(),
+        event_id: contradiction.event_id.into(),
+    }
+}
+
+fn beginning(began: store::LifeBeginning) -> LifeBeginning {
+    let store::LifeBeginning { event_id, occurred_at, flight_hours } = began;
+    LifeBeginning { event_id: event_id.into(), flight_hours, occurred_at: occurred_at.into() }
 }
 
 fn life(life: LifeRecord) -> LifeItem {
     LifeItem {
         life: life.overhaul_index,
+        began: life.began.map(beginning),
         generation: life.generation.number,
         model: life.generation.model.into(),
         prior: life.generation.prior.into(),

@@ -31,7 +31,7 @@ pub enum HealthBody {
     States(Page<StateItem>),
 }
 
-/// The history of the present life of the component at a position, in the order of the life.
+/// The history of a life of the component at a position, in the order of the life.
 ///
 /// Items are estimates, one per upload; with `view=states` they are the closed blocks of 20 flight
 /// hours with the quantiles of remaining useful life as known then.
@@ -44,6 +44,7 @@ pub enum HealthBody {
         ("to_fh" = Option<f64>, Query, description = "Flight hours before which to end"),
         ("limit" = Option<u32>, Query, description = "1 to 1000, default 50"),
         ("cursor" = Option<String>, Query, description = "`next_cursor` of the page before"),
+        ("life" = Option<u32>, Query, description = "Which life: 0 for the one that began when the component was new, then one more per overhaul; the newest when not given"),
         ("view" = Option<String>, Query, description = "`estimates` (default) or `states`"),
     ),
     responses(
@@ -62,7 +63,7 @@ pub async fn get(
     page(&shared, &answer::component(caller.operator(), &installed), &range, view).await
 }
 
-/// The history of the present life of a component, in the order of the life, wherever it was installed.
+/// The history of a life of a component, in the order of the life, wherever it was installed.
 #[utoipa::path(
     get, path = "/v1/components/{part}/{serial}/health", tag = "components", operation_id = "getComponentHealth",
     params(
@@ -72,6 +73,7 @@ pub async fn get(
         ("to_fh" = Option<f64>, Query, description = "Flight hours before which to end"),
         ("limit" = Option<u32>, Query, description = "1 to 1000, default 50"),
         ("cursor" = Option<String>, Query, description = "`next_cursor` of the page before"),
+        ("life" = Option<u32>, Query, description = "Which life: 0 for the one that began when the component was new, then one more per overhaul; the newest when not given"),
         ("view" = Option<String>, Query, description = "`estimates` (default) or `states`"),
     ),
     responses(
@@ -91,9 +93,13 @@ pub async fn of_component(
 }
 
 fn read(pairs: Pairs) -> Result<(Range, View), Refusal> {
-    let mut parameters = pairs.read(&["from_fh", "to_fh", "limit", "cursor", "view"]);
-    let range =
-        Range { from_fh: parameters.hours("from_fh"), to_fh: parameters.hours("to_fh"), limit: parameters.limit() };
+    let mut parameters = pairs.read(&["from_fh", "to_fh", "life", "limit", "cursor", "view"]);
+    let range = Range {
+        from_fh: parameters.hours("from_fh"),
+        to_fh: parameters.hours("to_fh"),
+        life: parameters.parsed("life", "the number of a life, from 0", |text| text.parse().ok()),
+        limit: parameters.limit(),
+    };
     let views = |text: &str| ["estimates", "states"].contains(&text).then(|| text == "states");
     let states = parameters.parsed("view", "estimates or states", views).unwrap_or_default();
     let (first, after): (View, fn(&str) -> Option<View>) =

@@ -1,4 +1,4 @@
-//! What maintenance found out about components, and what it takes back.
+//! What maintenance did to components and found out about them, and what it takes back.
 
 use axum::{
     Json,
@@ -6,7 +6,7 @@ use axum::{
     http::StatusCode,
     response::{IntoResponse, Response},
 };
-use domain::{EventId, MaintenanceEvent, OperatorId, Position, TailNumber};
+use domain::{Component, EventId, MaintenanceEvent, OperatorId, Position, TailNumber};
 use proto::json::{self, EventItem, MaintenanceAck, MaintenanceBody, MaintenanceStatus};
 use serde::Deserialize;
 use store::{EventReceipt, EventRecord};
@@ -16,7 +16,7 @@ use super::{
     body::{JSON, media_type, read},
     problems::{Lookup, Reporting},
 };
-use crate::{State, app::Shared, auth::Caller, parameters::Named, refusal::Refusal};
+use crate::{State, app::Shared, auth::Caller, ingest::must_be_known, parameters::Named, refusal::Refusal};
 
 /// How far hours and times of uploads and events may differ: mechanics round, and name days.
 const SLACK_H: f64 = 24.0;
@@ -29,13 +29,20 @@ pub struct One {
     event_id: EventId,
 }
 
-/// Report what an inspection found out about a component.
+/// Report what was done to a component, or found out about it.
 ///
-/// A component that was found `failed` has the status `failed` from then on, whatever its forecast says;
-/// its life is finished, and what was forecast of it is judged by the flight hours of the finding. The
-/// component is the one that is named, wherever it was; it must have sent an upload before. Sending the
-/// same event again is harmless. An event whose flight hours contradict those of uploads is stored, with a
-/// warning.
+/// - `install`, `remove`: where the component is from then on, whatever uploads say; a swap is a removal of the old
+///   unit and an installation of the new one. An install holds until its component is removed or installed
+///   elsewhere, or another one is installed at the position. Where no install says anything, uploads tell.
+/// - `overhaul`: the component begins a new life: its history and its remaining life start again, and its hours
+///   since new go on. To which life an upload or a finding belongs is decided by (flight_hours, time): so an overhaul
+///   that is reported late parts what has been uploaded since, which is then judged again.
+/// - `finding`: a component that was found `failed` has the status `failed` until it is overhauled, whatever its
+///   forecast says; its life is finished, and what was forecast of it is judged by the flight hours of the finding.
+///
+/// The component is the one that is named, wherever it was; one that was not known before is enrolled, with a
+/// warning (unless enrolment is switched off). Sending the same event again is harmless. An event whose flight
+/// hours contradict those of uploads is stored, with a warning.
 #[utoipa::path(
     post, path = "/v1/tails/{tail}/positions/{position}/maintenance", tag = "maintenance",
     operation_id = "postMaintenance",
@@ -61,17 +68,25 @@ pub async fn post(
     let body: MaintenanceBody = json::parse(&read(&parts.headers, body).await?)?;
     let now = (shared.state.clock)();
     let event = body.into_event(tail, position, now)?;
-    let (code, status) = match shared.state.store.record_event(caller.operator(), &event, now).await? {
-        EventReceipt::Recorded => (StatusCode::CREATED, MaintenanceStatus::Recorded),
+    let component = event.component(caller.operator());
+    if !shared.state.enrol {
+        must_be_known(&shared.state, &component, &event.tail, &event.position).await?;
+    }
+    let receipt = shared.state.store.record_event(caller.operator(), &event, now).await?;
+    let (code, status) = match receipt {
+        EventReceipt::Recorded | EventReceipt::Enrolled => (StatusCode::CREATED, MaintenanceStatus::Recorded),
         EventReceipt::Duplicate => (StatusCode::OK, MaintenanceStatus::Duplicate),
         EventReceipt::Conflict => return Err(conflict(&event)),
-        EventReceipt::UnknownComponent => {
-            let MaintenanceEvent { part_number, serial_number, .. } = event;
-            return Err(Refusal::NotFound(format!("component {part_number} {serial_number} is not known")));
-        }
     };
-    let warning = contradiction(&shared.state, caller.operator(), &event).await?;
+    let warning = match receipt {
+        EventReceipt::Enrolled => Some(enrolled(&component)),
+        _ => contradiction(&shared.state, caller.operator(), &event).await?,
+    };
     Ok((code, Json(MaintenanceAck { event_id: event.event_id.into(), status, warning })).into_response())
+}
+
+fn enrolled(Component { part_number, serial_number, .. }: &Component) -> String {
+    format!("component {part_number} {serial_number} was not known before: this event enrols it")
 }
 
 /// How an event contradicts the newest upload of its component: time only goes on, and no component flies longer
@@ -104,7 +119,8 @@ fn conflict(event: &MaintenanceEvent) -> Refusal {
 
 /// Take an event back: it and its name are kept, but it counts no longer.
 ///
-/// A life that it ended goes on. Voiding again changes nothing.
+/// A life that it ended goes on; lives that it parted are one again; a component that it installed was not. Voiding
+/// again changes nothing.
 #[utoipa::path(
     post, path = "/v1/tails/{tail}/positions/{position}/maintenance/{event_id}/void", tag = "maintenance",
     operation_id = "voidMaintenance",

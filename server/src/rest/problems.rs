@@ -76,7 +76,6 @@ impl IntoResponses for Reporting {
     fn responses() -> Responses {
         documented([
             malformed("#/flight_hours"),
-            Refusal::NotFound("component EMA-500 SN-0001 is not known".to_owned()),
             Refusal::Interrupted,
             Refusal::Contradiction("event WO-2026-0815 was stored before with other content".to_owned()),
             too_large(),

@@ -37,8 +37,9 @@ async fn a_component_tells_where_it_was_and_its_lives() {
     assert_eq!((&body["part_number"], &body["serial_number"]), (&json!("EMA-500"), &json!(SERIAL)));
     assert_eq!(body["enrolled_at"], "2026-03-01T12:00:00Z");
     let expected = json!([
-        {"tail": "EC-MXA", "position": "AIL-L", "from": "2026-02-01T00:00:00Z", "to": "2026-02-16T00:00:00Z"},
-        {"tail": "EC-MXB", "position": "AIL-L", "from": "2026-02-16T00:00:00Z", "to": null},
+        {"tail": "EC-MXA", "position": "AIL-L", "from": "2026-02-01T00:00:00Z", "to": "2026-02-16T00:00:00Z",
+            "source": "uploads"},
+        {"tail": "EC-MXB", "position": "AIL-L", "from": "2026-02-16T00:00:00Z", "to": null, "source": "uploads"},
     ]);
     assert_eq!(body["installations"], expected);
     let life = &body["lives"][0];

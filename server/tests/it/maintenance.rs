@@ -49,9 +49,12 @@ async fn a_finding_is_stored_once() {
     assert_eq!(report(&house, &same).await.0, 200, "the same moment in another zone is the same content");
     let refused = problem(post(&house, finding("WO-1", "failed")).await, 409).await;
     assert!(refused["detail"].as_str().unwrap().contains("WO-1"), "{refused}");
-    let mut foreign = finding("WO-2", "failed");
-    foreign["serial_number"] = json!("SN 2");
-    problem(post(&house, foreign).await, 404).await;
+    let mut unknown = finding("WO-2", "failed");
+    unknown["serial_number"] = json!("SN 2");
+    let (status, ack) = report(&house, &unknown).await;
+    assert_eq!((status, &ack["status"]), (201, &json!("recorded")));
+    assert_eq!(ack["warning"], "component EMA-500 SN 2 was not known before: this event enrols it");
+    assert_eq!(report(&house, &unknown).await, (200, json!({"event_id": "WO-2", "status": "duplicate"})));
     let events = house.read(COMPONENT).await["events"].clone();
     let expected = json!([{"event_id": "WO-1", "tail": "EC-MXA", "position": "AIL-L", "kind": "finding",
         "outcome": "serviceable", "occurred_at": "2026-03-01T09:00:00Z", "flight_hours": 230.0,
@@ -150,9 +153,9 @@ async fn every_bad_event_is_refused_by_the_name_of_the_field() {
         (with("event_id", json!("")), 422, "#/event_id"),
         (with("kind", Value::Null), 422, "#/kind"),
         (with("kind", json!("repair")), 422, "#/kind"),
-        (with("kind", json!("install")), 422, "#/kind"),
-        (with("kind", json!("remove")), 422, "#/kind"),
-        (with("kind", json!("overhaul")), 422, "#/kind"),
+        (with("kind", json!("install")), 422, "#/outcome"),
+        (with("kind", json!("remove")), 422, "#/outcome"),
+        (with("kind", json!("overhaul")), 422, "#/outcome"),
         (with("outcome", Value::Null), 422, "#/outcome"),
         (with("outcome", json!("burnt")), 422, "#/outcome"),
         (with("part_number", json!("")), 422, "#/part_number"),
@@ -172,7 +175,7 @@ async fn every_bad_event_is_refused_by_the_name_of_the_field() {
         assert!(if pointer == "#" { named.starts_with('#') } else { named == pointer }, "{body}: {refused}");
     }
     let install = problem(post(&house, with("kind", json!("install"))).await, 422).await;
-    assert!(install["detail"].as_str().unwrap().contains("this version records findings only"), "{install}");
+    assert!(install["detail"].as_str().unwrap().contains("only a finding has one"), "{install}");
     problem(post(&house, " ".repeat(300_000)).await, 413).await;
     let untyped = house.client.post(format!("{}{PLACE}/maintenance", house.url)).body("{}");
     problem(untyped.send().await.unwrap(), 415).await;

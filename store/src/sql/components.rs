@@ -20,13 +20,13 @@ impl Engine {
         .fetch_optional(&mut *transaction)
         .await?;
         let Some((enrolled_at,)) = enrolled else { return Ok(None) };
-        let pointers = lives::all(&mut transaction, component).await?;
         let mut endings = endings::of_component(&mut transaction, component).await?;
         let generations = generations::of_component(&mut transaction, component).await?;
-        let mut lives = Vec::with_capacity(pointers.len());
-        for pointer in pointers {
+        let mut lives = Vec::new();
+        for (pointer, began) in lives::of_component(&mut transaction, component).await? {
             lives.push(LifeRecord {
                 overhaul_index: count("lives", pointer.overhaul_index)?,
+                began,
                 generation: lives::generation(&mut transaction, component, pointer).await?,
                 generations: of_life(&generations, pointer.overhaul_index),
                 first: history::end_of_life(&mut transaction, component, pointer, End::First).await?,
@@ -35,7 +35,20 @@ impl Engine {
             });
         }
         let installations = installations::of_component(&mut transaction, component).await?;
-        Ok(Some(ComponentRecord { enrolled_at: Timestamp::from_micros(enrolled_at), lives, installations }))
+        let contradictions = installations::contradictions(&mut transaction, component).await?;
+        let enrolled_at = Timestamp::from_micros(enrolled_at);
+        Ok(Some(ComponentRecord { enrolled_at, lives, installations, contradictions }))
+    }
+
+    pub(crate) async fn knows_component(&self, component: &Component) -> Result<bool, StoreError> {
+        let (known,): (bool,) = sqlx::query_as(
+            "select exists (
+               select 1 from components where operator = $1 and part_number = $2 and serial_number = $3)",
+        )
+        .bind_component(component)
+        .fetch_one(&mut *self.read(&component.operator).await?)
+        .await?;
+        Ok(known)
     }
 }
 

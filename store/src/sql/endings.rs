@@ -17,6 +17,8 @@ use crate::StoreError;
 pub(super) struct Ending {
     pub(super) component: Component,
     pub(super) pointer: LifePointer,
+    /// The component's hours since new at which the life began.
+    pub(super) began_fh: f64,
     /// The component's hours since new at which it was found failed.
     pub(super) failure_fh: f64,
 }
@@ -25,6 +27,7 @@ pub(super) struct Ending {
 struct EndingRow {
     #[sqlx(flatten)]
     pointer: LifePointer,
+    began_fh: f64,
     #[sqlx(flatten)]
     event: EventRow,
 }
@@ -33,7 +36,7 @@ impl EndingRow {
     fn ending(self) -> Result<Ending, StoreError> {
         let component = self.event.component()?;
         let failure_fh = self.event.record()?.event.flight_hours;
-        Ok(Ending { component, pointer: self.pointer, failure_fh })
+        Ok(Ending { component, pointer: self.pointer, began_fh: self.began_fh, failure_fh })
     }
 }
 
@@ -42,7 +45,7 @@ impl EndingRow {
 macro_rules! endings {
     ($lives:literal, $condition:literal) => {
         concat!(
-            "select l.overhaul_index, l.generation, ",
+            "select l.overhaul_index, l.generation, l.began_fh, ",
             event_columns!(),
             "from ",
             $lives,

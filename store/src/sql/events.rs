@@ -1,22 +1,26 @@
-//! Maintenance events, and the one among them that ends a life.
+//! Maintenance events, and what follows from them.
 //!
-//! A life's failure is the first finding `failed` that is not voided, in the order of (flight_hours,
-//! occurred_at, event_id). It is found anew from all events of the component whenever one is recorded or
-//! voided, so that the order in which they arrive does not matter.
+//! Installs and removals say where components are, overhauls part their lives. A life's failure is the
+//! first finding `failed` in it that is not voided, in the order of (flight_hours, occurred_at, event_id). All
+//! of that is found anew from all events of the component whenever one is recorded or voided, so that the
+//! order in which they arrive does not matter.
 
 use domain::{Component, EventId, EventKind, Finding, MaintenanceEvent, OperatorId, Timestamp};
 
 use super::{
-    Connection, Engine, lives,
+    Connection, Engine, installations, lives, movements, overhauls, queue,
     row::{BindKey, Body, ComponentColumns, checksum, decode, encode, hours_column, parse},
-    verify,
+    tails, verify,
     write::{Reach, Write},
 };
-use crate::{EventReceipt, EventRecord, StoreError, Verification, Voiding};
+use crate::{EventReceipt, EventRecord, LifeBeginning, StoreError, Verification, Voiding, periods::Place};
 
 const EVENTS: &str = "maintenance_events";
 const FAILED: &str = "finding_failed";
 const SERVICEABLE: &str = "finding_serviceable";
+const INSTALL: &str = "install";
+const REMOVE: &str = "remove";
+const OVERHAUL: &str = "overhaul";
 
 impl Engine {
     pub(crate) async fn record_event(
@@ -133,6 +137,9 @@ impl EventName<'_> {
 
 fn kind_column(kind: EventKind) -> &'static str {
     match kind {
+        EventKind::Install => INSTALL,
+        EventKind::Remove => REMOVE,
+        EventKind::Overhaul => OVERHAUL,
         EventKind::Finding(Finding::Failed) => FAILED,
         EventKind::Finding(Finding::Serviceable) => SERVICEABLE,
     }
@@ -166,17 +173,19 @@ impl Write for Record {
         Reach::Operator(&self.component.operator)
     }
 
-    async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<EventReceipt, StoreError> {
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<EventReceipt, StoreError> {
         if let Some(known) = find(connection, &self.component.operator, &self.event.event_id).await? {
             let same = known.event == self.event;
             return Ok(if same { EventReceipt::Duplicate } else { EventReceipt::Conflict });
         }
-        if lives::newest(connection, &self.component).await?.is_none() {
-            return Ok(EventReceipt::UnknownComponent);
-        }
+        let revision = revoke_lease(connection, &self.component, &self.event, now).await?;
+        let new = lives::enrol(connection, &self.component, self.received_at).await?;
         self.insert(connection).await?;
-        find_end(connection, &self.component).await?;
-        Ok(EventReceipt::Recorded)
+        if let Some(direction) = movements::direction(self.event.kind) {
+            movements::insert(connection, &self.component, &self.event, direction).await?;
+        }
+        follow(connection, &self.component, &self.event, revision, self.received_at).await?;
+        Ok(if new { EventReceipt::Enrolled } else { EventReceipt::Recorded })
     }
 }
 
@@ -223,40 +232,112 @@ impl Write for Void {
         Reach::Operator(&self.operator)
     }
 
-    async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<Option<Voiding>, StoreError> {
-        let Some(EventRecord { event, .. }) = find(connection, &self.operator, &self.id).await? else {
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<Option<Voiding>, StoreError> {
+        let Some(EventRecord { event, voided_at, .. }) = find(connection, &self.operator, &self.id).await? else {
             return Ok(None);
         };
+        if voided_at.is_some() {
+            return Ok(Some(Voiding::AlreadyVoided));
+        }
         let component = event.component(&self.operator);
-        let marked = sqlx::query(
+        let revision = revoke_lease(connection, &component, &event, now).await?;
+        sqlx::query(
             "insert into voided_events (operator, part_number, serial_number, event_id, voided_at)
-             values ($1, $2, $3, $4, $5) on conflict (operator, event_id) do nothing",
+             values ($1, $2, $3, $4, $5)",
         )
         .bind_component(&component)
         .bind(self.id.as_str())
         .bind(self.voided_at.micros())
         .execute(&mut *connection)
         .await?;
-        if marked.rows_affected() == 0 {
-            return Ok(Some(Voiding::AlreadyVoided));
+        if movements::direction(event.kind).is_some() {
+            movements::delete(connection, &component, &self.id).await?;
         }
-        find_end(connection, &component).await?;
+        follow(connection, &component, &event, revision, self.voided_at).await?;
         Ok(Some(Voiding::Voided))
     }
 }
 
-/// Finds the event that ends the newest life of a component, or that none does any longer.
-pub(super) async fn find_end(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
+/// What a worker has read of lives is worthless once an overhaul parts them in another way: then it is an input of
+/// the component, whose number is told.
+async fn revoke_lease(
+    connection: &mut Connection,
+    component: &Component,
+    event: &MaintenanceEvent,
+    now: Timestamp,
+) -> Result<Option<i64>, StoreError> {
+    match event.kind {
+        EventKind::Overhaul => queue::revoke(connection, component, now).await.map(Some),
+        EventKind::Install | EventKind::Remove | EventKind::Finding(_) => Ok(None),
+    }
+}
+
+/// Follows an event that was recorded or voided at `at`; `revision` is its number, if it is an input.
+async fn follow(
+    connection: &mut Connection,
+    component: &Component,
+    event: &MaintenanceEvent,
+    revision: Option<i64>,
+    at: Timestamp,
+) -> Result<(), StoreError> {
+    if let Some(revision) = revision {
+        let overhauls = overhauls_of(connection, component).await?;
+        overhauls::repartition(connection, component, &overhauls, revision, at).await?;
+    }
+    match event.kind {
+        EventKind::Install | EventKind::Remove => {
+            tails::enrol(connection, &component.operator, &event.tail).await?;
+            let place = Place { tail: event.tail.clone(), position: event.position.clone() };
+            installations::moved(connection, component, place).await
+        }
+        EventKind::Overhaul | EventKind::Finding(_) => find_ends(connection, component).await,
+    }
+}
+
+/// All events of an operator that count.
+pub(super) async fn of_operator(
+    connection: &mut Connection,
+    operator: &OperatorId,
+) -> Result<Vec<MaintenanceEvent>, StoreError> {
+    let rows: Vec<EventRow> = sqlx::query_as(events!("where e.operator = $1 and v.event_id is null"))
+        .bind(operator.as_str())
+        .fetch_all(connection)
+        .await?;
+    rows.into_iter().map(|row| row.record().map(|record| record.event)).collect()
+}
+
+/// The overhauls of a component that count, in their order.
+async fn overhauls_of(connection: &mut Connection, component: &Component) -> Result<Vec<LifeBeginning>, StoreError> {
+    let rows: Vec<EventRow> = sqlx::query_as(events!(
+        "where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and e.kind = $4 and v.event_id is null
+         order by e.flight_hours, e.occurred_at, e.event_id"
+    ))
+    .bind_component(component)
+    .bind(OVERHAUL)
+    .fetch_all(connection)
+    .await?;
+    let beginning = |record: EventRecord| {
+        let MaintenanceEvent { event_id, occurred_at, flight_hours, .. } = record.event;
+        LifeBeginning { event_id, occurred_at, flight_hours }
+    };
+    rows.into_iter().map(|row| row.record().map(beginning)).collect()
+}
+
+/// Finds for each life of a component the event that ends it, or that none does any longer.
+pub(super) async fn find_ends(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
     sqlx::query(
         "update lives set ended_by = (
            select e.event_id from maintenance_events e
            where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and e.kind = $4
              and not exists (select 1 from voided_events v where v.operator = e.operator and v.event_id = e.event_id)
+             and (lives.overhaul_index = 0 or (lives.began_fh, lives.began_at) < (e.flight_hours, e.occurred_at))
+             and not exists (
+               select 1 from lives n
+               where n.operator = $1 and n.part_number = $2 and n.serial_number = $3
+                 and n.overhaul_index = lives.overhaul_index + 1
+                 and (n.began_fh, n.began_at) < (e.flight_hours, e.occurred_at))
            order by e.flight_hours, e.occurred_at, e.event_id limit 1)
-         where operator = $1 and part_number = $2 and serial_number = $3
-           and overhaul_index = (
-             select max(n.overhaul_index) from lives n
-             where n.operator = $1 and n.part_number = $2 and n.serial_number = $3)",
+         where operator = $1 and part_number = $2 and serial_number = $3",
     )
     .bind_component(component)
     .bind(FAILED)

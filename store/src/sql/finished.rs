@@ -3,7 +3,8 @@
 use domain::{ContentHash, OperatorId, PartNumber};
 
 use super::{
-    Engine, endings,
+    Engine,
+    endings::{self, Ending},
     history::{self, EstimateRange},
     prognoses,
 };
@@ -39,7 +40,8 @@ impl Engine {
             let range = EstimateRange::counting_up_to(ending.failure_fh);
             let estimates = history::estimates(&mut transaction, &ending.component, ending.pointer, range).await?;
             let life = ending.pointer.life(&ending.component)?;
-            lives.push(FinishedLife { life, failure_fh: ending.failure_fh, estimates });
+            let Ending { began_fh, failure_fh, .. } = ending;
+            lives.push(FinishedLife { life, began_fh, failure_fh, estimates });
         }
         Ok(lives)
     }

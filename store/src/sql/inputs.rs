@@ -46,6 +46,7 @@ async fn inputs_of(
     Ok(LifeInputs {
         life: pointer.life(component)?,
         generation: lives::generation(connection, component, pointer).await?,
+        began_fh: overhauls.began_fh(pointer.overhaul_index),
         unestimated: sensor_configurations::in_force(connection, &component.operator, unestimated).await?,
         estimates,
         states: history::states(connection, component, pointer, StateRange::ALL).await?,

@@ -1,27 +1,19 @@
-//! Installations as uploads tell them, whatever the order in which uploads arrive.
-//!
-//! Card. *What:* the half-open periods for which a component sat at a place (tail and position).
-//! *Definition:* order all observations (a component seen at a place) by (recorded_at, upload_id).
-//! A period starts with an observation and ends before the first later one that contradicts it:
-//! another component at the place, or the component at another place. So a place holds at most one
-//! component, a component is at one place at most, and a late upload of an old unit does not
-//! re-install it. *Update rule:* a new observation inside a period of its own changes nothing. Any
-//! other splits the periods that it contradicts, opens one of its own up to the next
-//! contradiction, and swallows the one that it makes a continuation. An observation taken back
-//! matters only if a period begins with it: the period then begins with its next observation, and
-//! those that it ended go on up to their next contradiction. *Requires:* the observation's upload is
-//! stored before, or marked as voided before.
+//! Installations: what events and uploads together tell, derived from both layers (see [`crate::periods`])
+//! whenever one of them changes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use domain::{Component, OperatorId, Position, TailNumber, Timestamp, Upload};
+use domain::{Component, EventId, OperatorId, Position, TailNumber, Timestamp, Upload};
 
 use super::{
-    Connection, Engine,
-    row::{BindKey, ComponentColumns, parse},
+    Connection, Engine, movements, observed,
+    row::{BindKey, ComponentColumns, corrupt, parse},
     uploads,
 };
-use crate::{Installation, StoreError};
+use crate::{
+    Contradiction, Installation, InstallationSource, StoreError,
+    periods::{By, Known, Moment, Movement, Period, Place},
+};
 
 const INSTALLATIONS: &str = "installations";
 
@@ -30,6 +22,61 @@ impl Engine {
         let mut connection = self.read(&component.operator).await?;
         of_component(&mut connection, component).await
     }
+
+    pub(crate) async fn knows_place(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+        position: &Position,
+    ) -> Result<bool, StoreError> {
+        let query = sqlx::query_scalar(
+            "select exists (select 1 from installations where operator = $1 and tail = $2 and position = $3)
+                 or exists (select 1 from observed_installations where operator = $1 and tail = $2 and position = $3)
+                 or exists (select 1 from movements where operator = $1 and tail = $2 and position = $3)",
+        );
+        let query = query.bind(operator.as_str()).bind(tail.as_str()).bind(position.as_str());
+        Ok(query.fetch_one(&mut *self.read(operator).await?).await?)
+    }
+}
+
+fn by(text: &str) -> Result<By, StoreError> {
+    match text {
+        "event" => Ok(By::Event),
+        "upload" => Ok(By::Upload),
+        other => Err(corrupt(&(INSTALLATIONS, other), "neither event nor upload")),
+    }
+}
+
+/// As the columns hold it, in the order of [`By`].
+fn by_column(by: By) -> &'static str {
+    match by {
+        By::Event => "event",
+        By::Upload => "upload",
+    }
+}
+
+#[derive(sqlx::FromRow)]
+struct InstallationRow {
+    tail: String,
+    position: String,
+    from_at: i64,
+    from_by: String,
+    to_at: Option<i64>,
+}
+
+impl InstallationRow {
+    fn installation(self) -> Result<Installation, StoreError> {
+        Ok(Installation {
+            tail: parse(INSTALLATIONS, &self.tail)?,
+            position: parse(INSTALLATIONS, &self.position)?,
+            from: Timestamp::from_micros(self.from_at),
+            to: self.to_at.map(Timestamp::from_micros),
+            source: match by(&self.from_by)? {
+                By::Event => InstallationSource::Event,
+                By::Upload => InstallationSource::Uploads,
+            },
+        })
+    }
 }
 
 /// Where a component was installed, in the order of time.
@@ -37,202 +84,97 @@ pub(super) async fn of_component(
     connection: &mut Connection,
     component: &Component,
 ) -> Result<Vec<Installation>, StoreError> {
-    let rows: Vec<PeriodRow> = sqlx::query_as(
-        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
-         from installations where operator = $1 and part_number = $2 and serial_number = $3
-         order by from_at, from_upload",
+    let rows: Vec<InstallationRow> = sqlx::query_as(
+        "select tail, position, from_at, from_by, to_at from installations
+         where operator = $1 and part_number = $2 and serial_number = $3 order by from_at, from_by, from_name",
     )
     .bind_component(component)
     .fetch_all(connection)
     .await?;
-    rows.into_iter().map(|row| row.period().and_then(Period::installation)).collect()
+    rows.into_iter().map(InstallationRow::installation).collect()
 }
 
-/// A moment of the order (recorded_at, upload_id).
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-struct Moment {
-    at: i64,
-    upload_id: String,
-}
-
-#[derive(Debug, Clone)]
-struct Period {
-    component: Component,
-    tail: TailNumber,
-    position: Position,
-    from: Moment,
-    to: Option<Moment>,
-}
-
-impl Period {
-    fn is_of(&self, other: &Self) -> bool {
-        self.component == other.component && self.tail == other.tail && self.position == other.position
-    }
-
-    fn lasts_beyond(&self, moment: &Moment) -> bool {
-        self.to.as_ref().is_none_or(|to| to > moment)
-    }
-
-    fn installation(self) -> Result<Installation, StoreError> {
-        Ok(Installation {
-            tail: self.tail,
-            position: self.position,
-            from: Timestamp::from_micros(self.from.at),
-            to: self.to.map(|to| Timestamp::from_micros(to.at)),
+/// The uploads of a component that events contradict, the first of each stretch.
+pub(super) async fn contradictions(
+    connection: &mut Connection,
+    component: &Component,
+) -> Result<Vec<Contradiction>, StoreError> {
+    let layers = Layers::read(connection, component).await?;
+    let contradiction = |(at, place, period): (Moment, Place, Period)| {
+        Ok(Contradiction {
+            upload_id: parse(INSTALLATIONS, &at.name)?,
+            recorded_at: Timestamp::from_micros(at.at),
+            tail: place.tail,
+            position: place.position,
+            event_id: parse::<EventId>(INSTALLATIONS, &period.from.name)?,
+            part_number: period.component.part_number,
+            serial_number: period.component.serial_number,
+            told_tail: period.place.tail,
+            told_position: period.place.position,
         })
-    }
+    };
+    layers.known().contradictions().into_iter().map(contradiction).collect()
 }
 
-#[derive(sqlx::FromRow)]
-struct PeriodRow {
-    #[sqlx(flatten)]
-    key: ComponentColumns,
-    tail: String,
-    position: String,
-    from_at: i64,
-    from_upload: String,
-    to_at: Option<i64>,
-    to_upload: Option<String>,
-}
-
-impl PeriodRow {
-    fn period(self) -> Result<Period, StoreError> {
-        Ok(Period {
-            component: self.key.component(INSTALLATIONS)?,
-            tail: parse(INSTALLATIONS, &self.tail)?,
-            position: parse(INSTALLATIONS, &self.position)?,
-            from: Moment { at: self.from_at, upload_id: self.from_upload },
-            to: self.to_at.zip(self.to_upload).map(|(at, upload_id)| Moment { at, upload_id }),
-        })
-    }
-}
-
-/// Takes note of where an upload saw its component.
+/// Takes note of where an upload saw its component. One that lies in an installation that uploads told is no
+/// news.
 pub(super) async fn observe(
     connection: &mut Connection,
     component: &Component,
     upload: &Upload,
 ) -> Result<(), StoreError> {
-    let moment = Moment { at: upload.recorded_at.micros(), upload_id: upload.upload_id.as_str().to_owned() };
-    let mut seen = Period {
-        component: component.clone(),
-        tail: upload.tail.clone(),
-        position: upload.position.clone(),
-        from: moment,
-        to: None,
-    };
-    if let Some(holder) = holding_place(connection, &seen).await? {
-        if holder.is_of(&seen) {
-            return Ok(());
-        }
-        split(connection, &holder, &seen.from).await?;
+    if is_installed(connection, component, upload).await? {
+        return Ok(());
     }
-    if let Some(elsewhere) = holding_component(connection, &seen).await? {
-        split(connection, &elsewhere, &seen.from).await?;
+    let mut changed = observed::observe(connection, component, upload).await?;
+    if changed.is_empty() {
+        changed.push(component.clone());
     }
-    seen.to = next_contradiction(connection, &seen).await?;
-    swallow_continuation(connection, &seen).await?;
-    insert(connection, &seen).await?;
-    sqlx::query("insert into tails (operator, tail) values ($1, $2) on conflict (operator, tail) do nothing")
-        .bind(component.operator.as_str())
-        .bind(seen.tail.as_str())
-        .execute(connection)
-        .await?;
-    Ok(())
+    derive(connection, changed).await
 }
 
-/// Makes the periods of an operator anew, from all of its uploads that are not voided.
+/// Makes the installations of an operator anew, from all of its uploads and events that are not voided.
 pub(super) async fn remake(connection: &mut Connection, operator: &OperatorId) -> Result<(), StoreError> {
-    let mut periods = Periods::default();
-    uploads::each_in_time(connection, operator, |component, upload| {
-        let from = Moment { at: upload.recorded_at.micros(), upload_id: upload.upload_id.as_str().to_owned() };
-        periods.see(Period { component, tail: upload.tail, position: upload.position, from, to: None });
-    })
-    .await?;
+    let mut components = observed::remake(connection, operator).await?;
+    components.extend(movements::remake(connection, operator).await?);
     sqlx::query("delete from installations where operator = $1")
         .bind(operator.as_str())
         .execute(&mut *connection)
         .await?;
-    for period in periods.ended.iter().chain(periods.open.values()) {
-        insert(connection, period).await?;
+    derive(connection, components).await
+}
+
+/// Whether uploads have told that the component was where an upload saw it.
+async fn is_installed(connection: &mut Connection, component: &Component, upload: &Upload) -> Result<bool, StoreError> {
+    #[derive(sqlx::FromRow)]
+    struct Holder {
+        #[sqlx(flatten)]
+        key: ComponentColumns,
+        from_by: String,
+        to_at: Option<i64>,
+        to_by: Option<String>,
+        to_name: Option<String>,
     }
-    Ok(())
-}
-
-/// Periods out of observations in the order of time: their definition, word by word.
-#[derive(Default)]
-struct Periods {
-    ended: Vec<Period>,
-    /// By place; each component has one at most.
-    open: BTreeMap<(TailNumber, Position), Period>,
-}
-
-impl Periods {
-    fn see(&mut self, seen: Period) {
-        let place = (seen.tail.clone(), seen.position.clone());
-        if self.open.get(&place).is_some_and(|holder| holder.component == seen.component) {
-            return;
-        }
-        let elsewhere = self.open.iter().find(|(_, period)| period.component == seen.component);
-        let elsewhere = elsewhere.map(|(place, _)| place.clone());
-        for place in [Some(place.clone()), elsewhere].into_iter().flatten() {
-            let holder = self.open.remove(&place);
-            self.ended.extend(holder.map(|holder| Period { to: Some(seen.from.clone()), ..holder }));
-        }
-        self.open.insert(place, seen);
-    }
-}
-
-/// The period that holds the place at the moment at which `seen` begins.
-async fn holding_place(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
-    let row: Option<PeriodRow> = sqlx::query_as(
-        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
-         from installations
-         where operator = $1 and tail = $2 and position = $3 and (from_at, from_upload) < ($4, $5)
-         order by from_at desc, from_upload desc limit 1",
+    let moment = observed::moment(upload);
+    let holder: Option<Holder> = sqlx::query_as(
+        "select operator, part_number, serial_number, from_by, to_at, to_by, to_name from installations
+         where operator = $1 and tail = $2 and position = $3 and (from_at, from_by, from_name) < ($4, $5, $6)
+         order by from_at desc, from_by desc, from_name desc limit 1",
     )
-    .bind(seen.component.operator.as_str())
-    .bind(seen.tail.as_str())
-    .bind(seen.position.as_str())
-    .bind(seen.from.at)
-    .bind(&seen.from.upload_id)
+    .bind(component.operator.as_str())
+    .bind(upload.tail.as_str())
+    .bind(upload.position.as_str())
+    .bind(moment.at)
+    .bind(by_column(moment.by))
+    .bind(&moment.name)
     .fetch_optional(connection)
     .await?;
-    let period = row.map(PeriodRow::period).transpose()?;
-    Ok(period.filter(|period| period.lasts_beyond(&seen.from)))
-}
-
-/// The period that holds the component at the moment at which `seen` begins.
-async fn holding_component(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
-    let row: Option<PeriodRow> = sqlx::query_as(
-        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
-         from installations
-         where operator = $1 and part_number = $2 and serial_number = $3 and (from_at, from_upload) < ($4, $5)
-         order by from_at desc, from_upload desc limit 1",
-    )
-    .bind_component(&seen.component)
-    .bind(seen.from.at)
-    .bind(&seen.from.upload_id)
-    .fetch_optional(connection)
-    .await?;
-    let period = row.map(PeriodRow::period).transpose()?;
-    Ok(period.filter(|period| period.lasts_beyond(&seen.from)))
-}
-
-/// Ends a period at a contradiction; it goes on with its component's next upload within it, if any.
-async fn split(connection: &mut Connection, period: &Period, at: &Moment) -> Result<(), StoreError> {
-    set_end(connection, period, Some(at)).await?;
-    go_on(connection, period, at).await
-}
-
-/// Lets a period go on with its component's next upload after a moment within it, if there is one.
-async fn go_on(connection: &mut Connection, period: &Period, after: &Moment) -> Result<(), StoreError> {
-    let to = period.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.upload_id.as_str()));
-    let after = (after.at, after.upload_id.as_str());
-    match uploads::next_seen(connection, &period.component, after, to).await? {
-        None => Ok(()),
-        Some((at, upload_id)) => insert(connection, &Period { from: Moment { at, upload_id }, ..period.clone() }).await,
-    }
+    let Some(Holder { key, from_by, to_at, to_by, to_name }) = holder else { return Ok(false) };
+    let end = to_at.zip(to_by).zip(to_name);
+    let end =
+        end.map(|((at, told_by), name)| Ok::<_, StoreError>(Moment { at, by: by(&told_by)?, name })).transpose()?;
+    let lasts = end.is_none_or(|end| end > moment);
+    Ok(lasts && by(&from_by)? == By::Upload && key.component(INSTALLATIONS)? == *component)
 }
 
 /// Takes back where a voided upload saw its component.
@@ -241,185 +183,121 @@ pub(super) async fn forget(
     component: &Component,
     upload: &Upload,
 ) -> Result<(), StoreError> {
-    let moment = Moment { at: upload.recorded_at.micros(), upload_id: upload.upload_id.as_str().to_owned() };
-    let Some(begun) = take_begun_with(connection, component, &moment).await? else { return Ok(()) };
-    go_on(connection, &begun, &moment).await?;
-    for ended in ended_by(connection, &begun).await? {
-        let mut resumed = Period { from: moment.clone(), ..ended.clone() };
-        resumed.to = next_contradiction(connection, &resumed).await?;
-        swallow_continuation(connection, &resumed).await?;
-        set_end(connection, &ended, resumed.to.as_ref()).await?;
+    let moment = observed::moment(upload);
+    let mut changed = observed::forget(connection, component, &moment).await?;
+    if changed.is_empty() && begins_with(connection, component, &moment).await? {
+        changed.push(component.clone());
     }
-    Ok(())
+    derive(connection, changed).await
 }
 
-/// Removes the component's period that begins at a moment, if there is one.
-async fn take_begun_with(
-    connection: &mut Connection,
-    component: &Component,
-    moment: &Moment,
-) -> Result<Option<Period>, StoreError> {
-    let row: Option<PeriodRow> = sqlx::query_as(
-        "delete from installations
-         where operator = $1 and part_number = $2 and serial_number = $3 and from_at = $4 and from_upload = $5
-         returning operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload",
+/// Whether an installation begins with an upload.
+async fn begins_with(connection: &mut Connection, component: &Component, moment: &Moment) -> Result<bool, StoreError> {
+    let (begins,): (bool,) = sqlx::query_as(
+        "select exists (
+           select 1 from installations
+           where operator = $1 and part_number = $2 and serial_number = $3
+             and from_at = $4 and from_by = $5 and from_name = $6)",
     )
     .bind_component(component)
     .bind(moment.at)
-    .bind(&moment.upload_id)
-    .fetch_optional(connection)
+    .bind(by_column(moment.by))
+    .bind(&moment.name)
+    .fetch_one(connection)
     .await?;
-    row.map(PeriodRow::period).transpose()
+    Ok(begins)
 }
 
-/// The periods that ended where `begun` began: of its place, and of its component elsewhere.
-async fn ended_by(connection: &mut Connection, begun: &Period) -> Result<Vec<Period>, StoreError> {
-    let rows: Vec<PeriodRow> = sqlx::query_as(
-        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
-         from installations
-         where operator = $1 and to_at = $6 and to_upload = $7
-           and ((part_number = $2 and serial_number = $3) or (tail = $4 and position = $5))",
-    )
-    .bind_component(&begun.component)
-    .bind(begun.tail.as_str())
-    .bind(begun.position.as_str())
-    .bind(begun.from.at)
-    .bind(&begun.from.upload_id)
-    .fetch_all(connection)
-    .await?;
-    rows.into_iter().map(PeriodRow::period).collect()
+/// Follows a movement of a component into or out of a place, recorded or voided.
+pub(super) async fn moved(connection: &mut Connection, component: &Component, place: Place) -> Result<(), StoreError> {
+    let mut places: BTreeSet<Place> = [place].into();
+    places.extend(movements::of_component(connection, component).await?.into_iter().map(|movement| movement.place));
+    let mut touched: BTreeSet<Component> = [component.clone()].into();
+    for place in &places {
+        touched.extend(observed::components_at(connection, &component.operator, place).await?);
+        let those = movements::of_those_at(connection, &component.operator, place).await?;
+        touched.extend(those.into_iter().map(|movement| movement.component));
+    }
+    derive(connection, touched).await
 }
 
-/// Sets where a period ends.
-async fn set_end(connection: &mut Connection, period: &Period, to: Option<&Moment>) -> Result<(), StoreError> {
-    sqlx::query(
-        "update installations set to_at = $6, to_upload = $7
-         where operator = $1 and tail = $2 and position = $3 and from_at = $4 and from_upload = $5",
-    )
-    .bind(period.component.operator.as_str())
-    .bind(period.tail.as_str())
-    .bind(period.position.as_str())
-    .bind(period.from.at)
-    .bind(&period.from.upload_id)
-    .bind(to.map(|to| to.at))
-    .bind(to.map(|to| to.upload_id.as_str()))
-    .execute(connection)
-    .await?;
-    Ok(())
+/// Both layers, as far as they say where one component was.
+struct Layers {
+    observed: Vec<Period>,
+    movements: Vec<Movement>,
+    /// The first upload of the component after moments of movements inside observed periods.
+    sighted: BTreeMap<Moment, Moment>,
 }
 
-/// The first moment after `seen` begins at which another component begins a period at the place, or
-/// the component one at another place.
-async fn next_contradiction(connection: &mut Connection, seen: &Period) -> Result<Option<Moment>, StoreError> {
-    let moments: Vec<(i64, String)> = sqlx::query_as(
-        "select * from (
-           select from_at, from_upload from installations
-           where operator = $1 and tail = $4 and position = $5 and (from_at, from_upload) > ($6, $7)
-             and not (part_number = $2 and serial_number = $3)
-           order by from_at, from_upload limit 1) as at_place
-         union all
-         select * from (
-           select from_at, from_upload from installations
-           where operator = $1 and part_number = $2 and serial_number = $3 and (from_at, from_upload) > ($6, $7)
-             and not (tail = $4 and position = $5)
-           order by from_at, from_upload limit 1) as of_component",
-    )
-    .bind_component(&seen.component)
-    .bind(seen.tail.as_str())
-    .bind(seen.position.as_str())
-    .bind(seen.from.at)
-    .bind(&seen.from.upload_id)
-    .fetch_all(connection)
-    .await?;
-    Ok(moments.into_iter().map(|(at, upload_id)| Moment { at, upload_id }).min())
+impl Layers {
+    async fn read(connection: &mut Connection, component: &Component) -> Result<Self, StoreError> {
+        let observed = observed::of_component(connection, component).await?;
+        let mut movements = movements::of_component(connection, component).await?;
+        let moved = movements.iter().map(|movement| movement.place.clone());
+        let places: BTreeSet<Place> = observed.iter().map(|period| period.place.clone()).chain(moved).collect();
+        for place in &places {
+            movements.extend(movements::of_those_at(connection, &component.operator, place).await?);
+        }
+        let mut sighted = BTreeMap::new();
+        for Movement { at, .. } in &movements {
+            if observed.iter().any(|period| period.contains(at)) {
+                sighted.extend(first_after(connection, component, at).await?.map(|next| (at.clone(), next)));
+            }
+        }
+        Ok(Self { observed, movements: movements.into_iter().collect(), sighted })
+    }
+
+    fn known(&self) -> Known<'_, impl Fn(&Moment) -> Option<Moment>> {
+        let sighted_after = |moment: &Moment| self.sighted.get(moment).cloned();
+        Known { observed: &self.observed, movements: &self.movements, sighted_after }
+    }
 }
 
-/// Removes the period that goes on where `seen` already holds.
-async fn swallow_continuation(connection: &mut Connection, seen: &Period) -> Result<(), StoreError> {
-    let to = seen.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.upload_id.as_str()));
-    sqlx::query(
-        "delete from installations
-         where operator = $1 and part_number = $2 and serial_number = $3 and tail = $4 and position = $5
-           and (from_at, from_upload) > ($6, $7) and (from_at, from_upload) < ($8, $9)",
-    )
-    .bind_component(&seen.component)
-    .bind(seen.tail.as_str())
-    .bind(seen.position.as_str())
-    .bind(seen.from.at)
-    .bind(&seen.from.upload_id)
-    .bind(to.0)
-    .bind(to.1)
-    .execute(connection)
-    .await?;
+/// A component's first upload after an event. (No upload has an empty name, and at the same time events come first.)
+async fn first_after(
+    connection: &mut Connection,
+    component: &Component,
+    event: &Moment,
+) -> Result<Option<Moment>, StoreError> {
+    let next = uploads::next_seen(connection, component, (event.at, ""), (i64::MAX, "")).await?;
+    Ok(next.map(|(at, upload_id)| observed::seen_at(at, upload_id)))
+}
+
+/// Writes the installations of components anew, from both layers.
+async fn derive(
+    connection: &mut Connection,
+    components: impl IntoIterator<Item = Component>,
+) -> Result<(), StoreError> {
+    for component in components.into_iter().collect::<BTreeSet<_>>() {
+        let layers = Layers::read(connection, &component).await?;
+        sqlx::query("delete from installations where operator = $1 and part_number = $2 and serial_number = $3")
+            .bind_component(&component)
+            .execute(&mut *connection)
+            .await?;
+        for period in layers.known().installations(&component) {
+            insert(connection, &period).await?;
+        }
+    }
     Ok(())
 }
 
 async fn insert(connection: &mut Connection, period: &Period) -> Result<(), StoreError> {
+    let Period { component, place, from, to } = period;
     sqlx::query(
         "insert into installations
-         (operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload)
-         values ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
+         (operator, part_number, serial_number, tail, position, from_at, from_by, from_name, to_at, to_by, to_name)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
     )
-    .bind_component(&period.component)
-    .bind(period.tail.as_str())
-    .bind(period.position.as_str())
-    .bind(period.from.at)
-    .bind(&period.from.upload_id)
-    .bind(period.to.as_ref().map(|to| to.at))
-    .bind(period.to.as_ref().map(|to| to.upload_id.as_str()))
+    .bind_component(component)
+    .bind(place.tail.as_str())
+    .bind(place.position.as_str())
+    .bind(from.at)
+    .bind(by_column(from.by))
+    .bind(&from.name)
+    .bind(to.as_ref().map(|to| to.at))
+    .bind(to.as_ref().map(|to| by_column(to.by)))
+    .bind(to.as_ref().map(|to| to.name.as_str()))
     .execute(connection)
     .await?;
     Ok(())
-}
-
-/// A component that was installed on a tail, and the moments that bound the period.
-pub(super) struct TailPeriod {
-    pub(super) tail: TailNumber,
-    pub(super) component: Component,
-    pub(super) from_at: i64,
-    pub(super) to: (i64, String),
-}
-
-impl TailPeriod {
-    fn of(row: PeriodRow) -> Result<Self, StoreError> {
-        let Period { component, tail, from, to, .. } = row.period()?;
-        let to = to.map_or((i64::MAX, String::new()), |to| (to.at, to.upload_id));
-        Ok(Self { tail, component, from_at: from.at, to })
-    }
-}
-
-/// Every period of a tail, at all positions.
-pub(super) async fn periods_of_tail(
-    connection: &mut Connection,
-    operator: &OperatorId,
-    tail: &TailNumber,
-) -> Result<Vec<TailPeriod>, StoreError> {
-    let rows: Vec<PeriodRow> = sqlx::query_as(
-        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
-         from installations where operator = $1 and tail = $2",
-    )
-    .bind(operator.as_str())
-    .bind(tail.as_str())
-    .fetch_all(connection)
-    .await?;
-    rows.into_iter().map(TailPeriod::of).collect()
-}
-
-/// Every period of the tails behind `after` up to `last`, in alphabetical order.
-pub(super) async fn periods_of_tails(
-    connection: &mut Connection,
-    operator: &OperatorId,
-    after: &str,
-    last: &str,
-) -> Result<Vec<TailPeriod>, StoreError> {
-    let rows: Vec<PeriodRow> = sqlx::query_as(
-        "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
-         from installations where operator = $1 and tail > $2 and tail <= $3",
-    )
-    .bind(operator.as_str())
-    .bind(after)
-    .bind(last)
-    .fetch_all(connection)
-    .await?;
-    rows.into_iter().map(TailPeriod::of).collect()
 }

@@ -1,12 +1,12 @@
 //! Components, their lives, and the generation by which each life is judged.
 
-use domain::{Component, ContentHash, Life, Timestamp};
+use domain::{Component, ContentHash, EventId, Life, Timestamp};
 
 use super::{
     Connection, models, priors,
-    row::{BindKey, count, hash},
+    row::{BindKey, count, hash, hours_column, parse},
 };
-use crate::{Generation, StoreError};
+use crate::{Generation, LifeBeginning, StoreError};
 
 /// The first generation of a life.
 const FIRST: i64 = 1;
@@ -24,48 +24,127 @@ impl LifePointer {
     }
 }
 
-/// Enrols a component with its first life, which the active bundle and the newest prior for it judge from
-/// now on.
+/// Enrols a component with its first life, unless it is known; tells whether it was not.
 pub(super) async fn enrol(
     connection: &mut Connection,
     component: &Component,
     now: Timestamp,
-) -> Result<(), StoreError> {
+) -> Result<bool, StoreError> {
     sqlx::query("insert into operators (operator, enrolled_at) values ($1, $2) on conflict (operator) do nothing")
         .bind(component.operator.as_str())
         .bind(now.micros())
         .execute(&mut *connection)
         .await?;
-    sqlx::query("insert into components (operator, part_number, serial_number, enrolled_at) values ($1, $2, $3, $4)")
-        .bind_component(component)
-        .bind(now.micros())
-        .execute(&mut *connection)
-        .await?;
-    sqlx::query(
-        "insert into lives (operator, part_number, serial_number, overhaul_index, generation)
-         values ($1, $2, $3, 0, $4)",
+    let new = sqlx::query(
+        "insert into components (operator, part_number, serial_number, enrolled_at) values ($1, $2, $3, $4)
+         on conflict (operator, part_number, serial_number) do nothing",
     )
     .bind_component(component)
-    .bind(FIRST)
+    .bind(now.micros())
     .execute(&mut *connection)
     .await?;
-    pin(connection, component).await
+    if new.rows_affected() == 0 {
+        return Ok(false);
+    }
+    begin(connection, component, 0, None).await?;
+    Ok(true)
 }
 
-async fn pin(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
+/// Begins a life of a component, which the active bundle and the newest prior for it judge from now on; it
+/// waits for a worker since the component's newest input.
+pub(super) async fn begin(
+    connection: &mut Connection,
+    component: &Component,
+    overhaul_index: i64,
+    overhaul: Option<&LifeBeginning>,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into lives
+         (operator, part_number, serial_number, overhaul_index, generation, began_by, began_fh, began_at,
+          touched_revision)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, coalesce((
+           select q.input_revision from component_queue q
+           where q.operator = $1 and q.part_number = $2 and q.serial_number = $3), 0))",
+    )
+    .bind_component(component)
+    .bind(overhaul_index)
+    .bind(FIRST)
+    .bind(overhaul.map(|overhaul| overhaul.event_id.as_str()))
+    .bind(overhaul.map_or(0.0, |overhaul| hours_column(overhaul.flight_hours)))
+    .bind(overhaul.map_or(0, |overhaul| overhaul.occurred_at.micros()))
+    .execute(&mut *connection)
+    .await?;
     let active = models::active(connection).await?.ok_or(StoreError::NoActiveBundle)?;
     let prior = priors::newest(connection, component, &active.hash).await?.unwrap_or(active.prior);
     sqlx::query(
         "insert into generations (operator, part_number, serial_number, overhaul_index, number, model, prior)
-         values ($1, $2, $3, 0, $4, $5, $6)",
+         values ($1, $2, $3, $4, $5, $6, $7)",
     )
     .bind_component(component)
+    .bind(overhaul_index)
     .bind(FIRST)
     .bind(&active.hash.bytes()[..])
     .bind(&prior.bytes()[..])
     .execute(connection)
     .await?;
     Ok(())
+}
+
+/// Removes the lives of a component after one of them.
+pub(super) async fn delete_after(
+    connection: &mut Connection,
+    component: &Component,
+    overhaul_index: i64,
+) -> Result<(), StoreError> {
+    for sql in [
+        "delete from generations
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index > $4",
+        "delete from lives where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index > $4",
+    ] {
+        sqlx::query(sql).bind_component(component).bind(overhaul_index).execute(&mut *connection).await?;
+    }
+    Ok(())
+}
+
+#[derive(sqlx::FromRow)]
+struct LifeRow {
+    #[sqlx(flatten)]
+    pointer: LifePointer,
+    began_by: Option<String>,
+    began_fh: f64,
+    began_at: i64,
+}
+
+/// The lives of a component, the oldest first, each with the overhaul that it began with.
+pub(super) async fn of_component(
+    connection: &mut Connection,
+    component: &Component,
+) -> Result<Vec<(LifePointer, Option<LifeBeginning>)>, StoreError> {
+    let rows: Vec<LifeRow> = sqlx::query_as(
+        "select overhaul_index, generation, began_by, began_fh, began_at from lives
+         where operator = $1 and part_number = $2 and serial_number = $3 order by overhaul_index",
+    )
+    .bind_component(component)
+    .fetch_all(connection)
+    .await?;
+    let life = |LifeRow { pointer, began_by, began_fh, began_at }: LifeRow| {
+        let event_id = began_by.as_deref().map(|id| parse::<EventId>("lives", id)).transpose()?;
+        let occurred_at = Timestamp::from_micros(began_at);
+        Ok((pointer, event_id.map(|event_id| LifeBeginning { event_id, occurred_at, flight_hours: began_fh })))
+    };
+    rows.into_iter().map(life).collect()
+}
+
+/// A life of a component by its number, or the newest one.
+pub(super) async fn chosen(
+    connection: &mut Connection,
+    component: &Component,
+    overhaul_index: Option<u32>,
+) -> Result<Option<LifePointer>, StoreError> {
+    let Some(overhaul_index) = overhaul_index else { return newest(connection, component).await };
+    let sql = "select overhaul_index, generation from lives
+               where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4";
+    Ok(sqlx::query_as(sql).bind_component(component).bind(i64::from(overhaul_index)).fetch_optional(connection).await?)
 }
 
 /// The newest life of a component; `None` for an unknown one.
@@ -106,15 +185,20 @@ impl Overhauls {
     pub(super) fn life_at(&self, flight_hours: f64, at: Timestamp) -> i64 {
         self.0.partition_point(|overhaul| *overhaul < (flight_hours, at.micros())) as i64
     }
+
+    /// The component's hours since new at which a life began.
+    pub(super) fn began_fh(&self, overhaul_index: i64) -> f64 {
+        let before = usize::try_from(overhaul_index - 1).ok();
+        before.and_then(|before| self.0.get(before)).map_or(0.0, |(flight_hours, _)| *flight_hours)
+    }
 }
 
-/// The overhauls of a component that are not voided.
+/// The overhauls with which the lives of a component began.
 pub(super) async fn overhauls(connection: &mut Connection, component: &Component) -> Result<Overhauls, StoreError> {
     let rows = sqlx::query_as(
-        "select e.flight_hours, e.occurred_at from maintenance_events e
-         where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and e.kind = 'overhaul'
-           and not exists (select 1 from voided_events v where v.operator = e.operator and v.event_id = e.event_id)
-         order by e.flight_hours, e.occurred_at",
+        "select began_fh, began_at from lives
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index > 0
+         order by overhaul_index",
     );
     Ok(Overhauls(rows.bind_component(component).fetch_all(connection).await?))
 }

@@ -6,6 +6,7 @@ use super::{
     Connection,
     endings::Ending,
     lives::LifePointer,
+    overhauls::End,
     row::{BindKey, Body, ComponentColumns, checksum, corrupt, decode, encode, hours_column},
     verify,
 };
@@ -101,7 +102,7 @@ pub(super) async fn first_of_each_stretch(
            and fence in (
              select min(p.fence) from prognoses p
              where p.operator = $1 and p.part_number = $2 and p.serial_number = $3 and p.overhaul_index = $4
-               and p.forecast_from_fh < $5
+               and p.forecast_from_fh < $5 and p.withdrawn_at is null
              group by ",
         whole!("p.forecast_from_fh / $6"),
         ")
@@ -114,6 +115,74 @@ pub(super) async fn first_of_each_stretch(
     .fetch_all(connection)
     .await?;
     rows.into_iter().map(IssuedRow::prognosis).collect()
+}
+
+/// Withdraws forecasts that rest on data of another life: those of later lives than `last`, and those of it
+/// that go on from beyond its end. One that was served is served no longer.
+pub(super) async fn withdraw(
+    connection: &mut Connection,
+    component: &Component,
+    last: LifePointer,
+    end: End,
+    now: Timestamp,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "update prognoses set withdrawn_at = $6
+         where operator = $1 and part_number = $2 and serial_number = $3 and withdrawn_at is null
+           and (overhaul_index > $4 or (overhaul_index = $4 and forecast_from_fh > $5))",
+    )
+    .bind_component(component)
+    .bind(last.overhaul_index)
+    .bind(end.flight_hours)
+    .bind(now.micros())
+    .execute(&mut *connection)
+    .await?;
+    for IssuedRow { pointer, row, .. } in from_hours(connection, component, last, end.flight_hours).await? {
+        if row.prognosis(component, pointer)?.as_of.recorded_at.micros() > end.at {
+            sqlx::query(
+                "update prognoses set withdrawn_at = $7
+                 where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4
+                   and generation = $5 and fence = $6",
+            )
+            .bind_component(component)
+            .bind(pointer.overhaul_index)
+            .bind(pointer.generation)
+            .bind(row.fence)
+            .bind(now.micros())
+            .execute(&mut *connection)
+            .await?;
+        }
+    }
+    sqlx::query(
+        "update lives set prognosis_fence = null
+         where operator = $1 and part_number = $2 and serial_number = $3 and exists (
+           select 1 from prognoses p
+           where p.operator = lives.operator and p.part_number = lives.part_number
+             and p.serial_number = lives.serial_number and p.overhaul_index = lives.overhaul_index
+             and p.generation = lives.generation and p.fence = lives.prognosis_fence
+             and p.withdrawn_at is not null)",
+    )
+    .bind_component(component)
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+/// The forecasts of all generations of a life that go on from some hours and stand.
+async fn from_hours(
+    connection: &mut Connection,
+    component: &Component,
+    life: LifePointer,
+    flight_hours: f64,
+) -> Result<Vec<IssuedRow>, StoreError> {
+    let rows = sqlx::query_as(
+        "select operator, part_number, serial_number, overhaul_index, generation, fence, issued_at, body, checksum,
+                forecast_from_fh
+         from prognoses
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4
+           and forecast_from_fh = $5 and withdrawn_at is null",
+    );
+    Ok(rows.bind_component(component).bind(life.overhaul_index).bind(flight_hours).fetch_all(connection).await?)
 }
 
 #[derive(sqlx::FromRow)]

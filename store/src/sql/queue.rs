@@ -91,15 +91,24 @@ pub(super) async fn announce(
     Ok(revision.0)
 }
 
-/// Counts a change that makes worthless what a worker may have read of a component: its lease is
-/// revoked, which is no failed attempt, and all of its lives wait.
+/// Counts a change that makes worthless what a worker may have read of a component: its lease is revoked, and
+/// all of its lives wait.
 pub(super) async fn revise(
     connection: &mut Connection,
     component: &Component,
     now: Timestamp,
 ) -> Result<(), StoreError> {
+    let revision = revoke(connection, component, now).await?;
+    lives::touch_all(connection, component, revision).await
+}
+
+/// Counts an input of a component and revokes its lease, which is no failed attempt; its new `input_revision`.
+pub(super) async fn revoke(
+    connection: &mut Connection,
+    component: &Component,
+    now: Timestamp,
+) -> Result<i64, StoreError> {
     let revision = announce(connection, component, now).await?;
-    lives::touch_all(connection, component, revision).await?;
     sqlx::query(
         "update component_queue set lease_until = 0, attempts = attempts - 1
          where operator = $1 and part_number = $2 and serial_number = $3 and lease_until > $4",
@@ -108,7 +117,7 @@ pub(super) async fn revise(
     .bind(now.micros())
     .execute(connection)
     .await?;
-    Ok(())
+    Ok(revision)
 }
 
 /// Up to which input the results of a component reach.

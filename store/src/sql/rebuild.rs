@@ -79,7 +79,7 @@ impl Write for Forget {
             queue::revise(connection, component, now).await?;
             forget(connection, component).await?;
             send_back(connection, component, self.since).await?;
-            events::find_end(connection, component).await?;
+            events::find_ends(connection, component).await?;
         }
         Ok(components.into_iter().last())
     }

@@ -115,9 +115,14 @@ impl LifeDraft {
         self.serve(connection, lease).await
     }
 
-    /// Serves the new prognosis; without one the previous stays, as long as any estimate counts.
+    /// Serves the new prognosis; without one the previous stays, as long as any estimate counts. Nothing is
+    /// forecast any longer of a life that an overhaul has ended.
     async fn serve(&self, connection: &mut Connection, lease: &Lease) -> Result<(), StoreError> {
         let (component, pointer) = (&lease.component, self.pointer);
+        let newest = lives::newest(connection, component).await?;
+        if newest.is_some_and(|newest| newest.overhaul_index > pointer.overhaul_index) {
+            return Ok(());
+        }
         if let Some(draft) = &self.prognosis {
             prognoses::issue(connection, lease, pointer, self.now, draft).await?;
             lives::serve_prognosis(connection, component, pointer, Some(lease.fence)).await

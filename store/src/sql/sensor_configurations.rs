@@ -13,7 +13,7 @@ use domain::{ContentHash, OperatorId, SensorConfiguration, TailNumber, Timestamp
 use super::{
     Connection, Engine,
     correct::{self, Span},
-    installations,
+    observed,
     row::{Body, checksum, decode, encode, hash, parse, verify},
     write::{Reach, Write},
 };
@@ -143,7 +143,7 @@ impl Write for Add {
         }
         self.insert(connection).await?;
         let (from, until) = (self.effective_from.micros(), self.superseded_at(connection).await?);
-        for period in installations::periods_of_tail(connection, &self.operator, &self.tail).await? {
+        for period in observed::periods_of_tail(connection, &self.operator, &self.tail).await? {
             // An upload of the period's last moment may still be of this tail.
             let recorded_at = from.max(period.from_at)..until.min(period.to.0.saturating_add(1));
             if !recorded_at.is_empty() {

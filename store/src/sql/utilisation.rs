@@ -11,7 +11,7 @@ use domain::{OperatorId, TailNumber, Timestamp, time::DAY_US};
 use super::{
     Connection,
     history::End,
-    installations::{self, TailPeriod},
+    observed::{self, TailPeriod},
     uploads,
 };
 use crate::StoreError;
@@ -28,7 +28,7 @@ pub(super) async fn fh_per_day(
     operator: &OperatorId,
     tail: &TailNumber,
 ) -> Result<Option<f64>, StoreError> {
-    let periods = installations::periods_of_tail(connection, operator, tail).await?;
+    let periods = observed::periods_of_tail(connection, operator, tail).await?;
     over(connection, periods).await
 }
 
@@ -40,7 +40,7 @@ pub(super) async fn of_tails(
     last: &str,
 ) -> Result<BTreeMap<TailNumber, f64>, StoreError> {
     let mut by_tail: BTreeMap<TailNumber, Vec<TailPeriod>> = BTreeMap::new();
-    for period in installations::periods_of_tails(connection, operator, after, last).await? {
+    for period in observed::periods_of_tails(connection, operator, after, last).await? {
         by_tail.entry(period.tail.clone()).or_default().push(period);
     }
     let mut known = BTreeMap::new();

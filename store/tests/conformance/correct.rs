@@ -26,8 +26,8 @@ async fn state(store: &Store, id: &str) -> UploadState {
 
 /// Everything that a fleet's answers about the component 0001 are made of.
 async fn answers(store: &Store) -> String {
-    let estimates = store.estimates(&component("0001"), None, None, None, 100).await.unwrap();
-    let states = store.states(&component("0001"), None, None, None, 100).await.unwrap();
+    let estimates = store.estimates(&component("0001"), None, None, None, None, 100).await.unwrap();
+    let states = store.states(&component("0001"), None, None, None, None, 100).await.unwrap();
     let installed = store.installed(&operator(), &tail("EC-MXA")).await.unwrap();
     format!("{estimates:#?}\n{states:#?}\n{installed:#?}")
 }
@@ -82,14 +82,14 @@ async fn a_life_whose_uploads_are_all_voided_answers_like_one_without_history() 
         accept(&store, &later_upload(&format!("u{i}"), "0001", 10.0 * f64::from(i))).await;
     }
     drain(&store).await;
-    assert!(!store.states(&component("0001"), None, None, None, 10).await.unwrap().is_empty());
+    assert!(!store.states(&component("0001"), None, None, None, None, 10).await.unwrap().is_empty());
     for i in 0..6 {
         void(&store, &format!("u{i}")).await;
     }
     // At once, and after a worker has looked at it.
     for _ in 0..2 {
-        assert_eq!(store.estimates(&component("0001"), None, None, None, 10).await.unwrap(), []);
-        assert_eq!(store.states(&component("0001"), None, None, None, 10).await.unwrap(), []);
+        assert_eq!(store.estimates(&component("0001"), None, None, None, None, 10).await.unwrap(), []);
+        assert_eq!(store.states(&component("0001"), None, None, None, None, 10).await.unwrap(), []);
         assert_eq!(store.installed(&operator(), &tail("EC-MXA")).await.unwrap(), []);
         drain(&store).await;
     }
@@ -113,7 +113,7 @@ async fn results_computed_from_an_upload_that_was_voided_meanwhile_are_refused()
     let late = lease(&store).await;
     assert_eq!(late.attempts, 0, "a lease that was revoked is no failed attempt");
     assert_eq!(serve(&store, &late).await, Completion::Done);
-    let history = store.estimates(&component("0001"), None, None, None, 10).await.unwrap();
+    let history = store.estimates(&component("0001"), None, None, None, None, 10).await.unwrap();
     assert_eq!(history.iter().map(|estimate| estimate.upload_id.as_str()).collect::<Vec<_>>(), ["u2"]);
 }
 
@@ -148,7 +148,7 @@ async fn an_excluded_upload_keeps_its_estimate_and_counts_nowhere_until_it_is_vi
     let database = Database::new();
     let store = database.ready().await;
     let history = async || {
-        let history = store.estimates(&component("0001"), None, None, None, 100).await.unwrap();
+        let history = store.estimates(&component("0001"), None, None, None, None, 100).await.unwrap();
         history.into_iter().map(|estimate| estimate.upload_id.to_string()).collect::<Vec<_>>()
     };
     let utilisation =

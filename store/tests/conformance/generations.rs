@@ -83,8 +83,8 @@ async fn a_generation_is_what_would_have_been_if_its_bundle_had_judged_from_the_
     drain(&other).await;
     for serial in ["0001"] {
         let of = async |store: &Store| {
-            let estimates = store.estimates(&component(serial), None, None, None, 100).await.unwrap();
-            (estimates, store.states(&component(serial), None, None, None, 100).await.unwrap())
+            let estimates = store.estimates(&component(serial), None, None, None, None, 100).await.unwrap();
+            (estimates, store.states(&component(serial), None, None, None, None, 100).await.unwrap())
         };
         assert_eq!(of(&store).await, of(&other).await);
     }

@@ -26,7 +26,7 @@ async fn pages_of_estimates_join_into_the_history() {
     for limit in 1..=8 {
         let (mut joined, mut after) = (Vec::<Estimate>::new(), None);
         loop {
-            let page = store.estimates(&component("0001"), None, None, after.as_ref(), limit).await.unwrap();
+            let page = store.estimates(&component("0001"), None, None, None, after.as_ref(), limit).await.unwrap();
             assert!(page.len() <= limit as usize);
             let Some(last) = page.last() else { break };
             after = Some(LifeCursor::from(last));
@@ -43,14 +43,14 @@ async fn a_range_of_hours_is_half_open_and_goes_with_a_cursor() {
     let all = store_life(&store, &[0.0, 10.0, 10.0, 20.0, 30.0]).await;
     let within = |from, to, after: Option<usize>| {
         let (store, after) = (store.clone(), after.map(|i| LifeCursor::from(&all[i])));
-        async move { store.estimates(&component("0001"), from, to, after.as_ref(), 100).await.unwrap() }
+        async move { store.estimates(&component("0001"), None, from, to, after.as_ref(), 100).await.unwrap() }
     };
     assert_eq!(within(Some(110.0), Some(130.0), None).await, all[1..4]);
     assert_eq!(within(Some(110.0), None, Some(0)).await, all[1..]);
     assert_eq!(within(Some(110.0), None, Some(1)).await, all[2..]);
     assert_eq!(within(None, Some(110.0), None).await, all[..1]);
     assert_eq!(within(None, None, Some(4)).await, []);
-    assert_eq!(store.estimates(&component("9999"), None, None, None, 10).await.unwrap(), []);
+    assert_eq!(store.estimates(&component("9999"), None, None, None, None, 10).await.unwrap(), []);
 }
 
 #[tokio::test]
@@ -60,12 +60,12 @@ async fn states_are_paged_by_block() {
     let hours: Vec<f64> = (0..30).map(|i| 5.0 * f64::from(i)).collect();
     let all = states(&store_life(&store, &hours).await);
     assert!(all.len() > 5);
-    let first = store.states(&component("0001"), None, None, None, 3).await.unwrap();
+    let first = store.states(&component("0001"), None, None, None, None, 3).await.unwrap();
     assert_eq!(first, all[..3]);
-    let rest = store.states(&component("0001"), None, None, Some(first[2].block), 100).await.unwrap();
+    let rest = store.states(&component("0001"), None, None, None, Some(first[2].block), 100).await.unwrap();
     assert_eq!(rest, all[3..]);
     let (from, to) = (all[2].as_of.flight_hours, all[4].as_of.flight_hours);
-    assert_eq!(store.states(&component("0001"), Some(from), Some(to), None, 100).await.unwrap(), all[2..4]);
+    assert_eq!(store.states(&component("0001"), None, Some(from), Some(to), None, 100).await.unwrap(), all[2..4]);
 }
 
 #[tokio::test]
@@ -80,7 +80,7 @@ async fn results_replace_states_from_a_block_on_and_keep_the_earlier_ones() {
     results.states_from = Some(before[1].block);
     let expected: Vec<_> = before[..1].iter().chain(&results.states).cloned().collect();
     store.complete(&lease, vec![results]).await.unwrap();
-    assert_eq!(store.states(&component("0001"), None, None, None, 100).await.unwrap(), expected);
+    assert_eq!(store.states(&component("0001"), None, None, None, None, 100).await.unwrap(), expected);
     assert_ne!(expected, before);
 }
 
@@ -104,8 +104,8 @@ async fn dump(store: &Store, uploads: &[Upload], operator: &domain::OperatorId) 
     let mut dump = String::new();
     for serial in ["0", "1"] {
         let component = Upload { serial_number: serial.parse().unwrap(), ..uploads[0].clone() }.component(operator);
-        let estimates = store.estimates(&component, None, None, None, 1000).await.unwrap();
-        let states = store.states(&component, None, None, None, 1000).await.unwrap();
+        let estimates = store.estimates(&component, None, None, None, None, 1000).await.unwrap();
+        let states = store.states(&component, None, None, None, None, 1000).await.unwrap();
         let installations = store.installations(&component).await.unwrap();
         dump += &format!("{estimates:?}\n{states:?}\n{installations:?}\n");
     }

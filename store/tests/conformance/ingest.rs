@@ -37,7 +37,7 @@ async fn operators_do_not_see_each_other() {
     let theirs = Upload { flight_hours: 7.0, ..upload("u1", "0001") };
     assert_eq!(store.accept(&other, theirs, day(0.0)).await.unwrap(), Receipt::Accepted);
     drain(&store).await;
-    let history = store.estimates(&upload("u1", "0001").component(&other), None, None, None, 10).await.unwrap();
+    let history = store.estimates(&upload("u1", "0001").component(&other), None, None, None, None, 10).await.unwrap();
     assert_eq!(history.iter().map(|e| e.flight_hours).collect::<Vec<_>>(), [7.0]);
 }
 

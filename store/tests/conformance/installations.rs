@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use domain::{OperatorId, Upload};
 use proptest::{prelude::*, test_runner::TestRunner};
-use store::{Installation, Store};
+use store::{Installation, InstallationSource, Store};
 
 use crate::fixture::{Database, component, day, later_upload, operator, tail, upload};
 
@@ -37,7 +37,16 @@ async fn the_component_seen_last_is_installed() {
     assert_eq!(installed(&store, "EC-MXA").await, [at("AIL-L", "new", 5.0)]);
     let history = store.installations(&component("old")).await.unwrap();
     let left = upload("any", "old").position;
-    assert_eq!(history, [Installation { tail: tail("EC-MXA"), position: left, from: day(1.0), to: Some(day(5.0)) }]);
+    assert_eq!(
+        history,
+        [Installation {
+            tail: tail("EC-MXA"),
+            position: left,
+            from: day(1.0),
+            to: Some(day(5.0)),
+            source: InstallationSource::Uploads
+        }]
+    );
 }
 
 #[tokio::test]
@@ -151,7 +160,10 @@ pub fn by_definition(uploads: &[Upload]) -> BTreeMap<String, Vec<Installation>> 
             }
         }
         let (tail, position) = (upload.tail.clone(), upload.position.clone());
-        periods.push((serial, Installation { tail, position, from: upload.recorded_at, to: None }));
+        periods.push((
+            serial,
+            Installation { tail, position, from: upload.recorded_at, to: None, source: InstallationSource::Uploads },
+        ));
     }
     let mut by_unit = BTreeMap::<String, Vec<Installation>>::new();
     for (serial, period) in periods {

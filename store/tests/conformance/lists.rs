@@ -1,5 +1,5 @@
 use domain::{OperatorId, SetAsideReason, Upload, UploadId};
-use store::{Installation, InstalledTail, LifeCursor, Store, UploadStateKind};
+use store::{Installation, InstallationSource, InstalledTail, LifeCursor, Store, UploadStateKind};
 
 use crate::fixture::{
     Database, INCREDIBLE_FH, bundle, component, day, drain, estimate, later_upload, lease, life_inputs, operator,
@@ -116,7 +116,13 @@ async fn a_component_tells_its_lives_and_where_it_was() {
     assert_eq!((&life.first, &life.last), (&place(&uploads[2]), &place(&uploads[1])), "the odd one does not count");
     assert_eq!(record.installations, store.installations(&component("0001")).await.unwrap());
     let position = upload("any", "0001").position;
-    let first = Installation { tail: tail("EC-MXA"), position, from: day(1.0), to: Some(day(3.0)) };
+    let first = Installation {
+        tail: tail("EC-MXA"),
+        position,
+        from: day(1.0),
+        to: Some(day(3.0)),
+        source: InstallationSource::Uploads,
+    };
     assert_eq!(record.installations[0], first);
 }
 

@@ -54,19 +54,28 @@ async fn an_event_is_recorded_once_and_its_name_is_taken_for_ever() {
 }
 
 #[tokio::test]
-async fn a_component_is_known_by_its_uploads() {
+async fn an_event_enrols_an_unknown_component() {
     let database = Database::new();
     let store = database.ready().await;
     let event = finding("e1", "0001", Finding::Failed, 200.0);
-    assert_eq!(record(&store, &event).await, EventReceipt::UnknownComponent);
-    enrol(&store, &"elsewhere".parse().unwrap(), "0001").await;
-    assert_eq!(record(&store, &event).await, EventReceipt::UnknownComponent, "operators are a wall");
-    assert_eq!(store.events(&component("0001")).await.unwrap(), []);
+    let elsewhere: OperatorId = "elsewhere".parse().unwrap();
+    enrol(&store, &elsewhere, "0001").await;
+    assert!(!store.knows_component(&component("0001")).await.unwrap(), "operators are a wall");
+    assert_eq!(record(&store, &event).await, EventReceipt::Enrolled);
+    assert_eq!(record(&store, &event).await, EventReceipt::Duplicate);
+    assert!(store.knows_component(&component("0001")).await.unwrap());
+    let second = finding("e2", "0001", Finding::Serviceable, 100.0);
+    assert_eq!(record(&store, &second).await, EventReceipt::Recorded);
+    let known = store.component(&component("0001")).await.unwrap().unwrap();
+    assert_eq!((known.enrolled_at, known.lives.len(), known.installations.len()), (day(1.0), 1, 0));
+    let place = upload("any", "0001");
+    assert!(!store.knows_place(&operator(), &place.tail, &place.position).await.unwrap(), "a finding moves nothing");
     enrol(&store, &operator(), "0001").await;
-    assert_eq!(record(&store, &event).await, EventReceipt::Recorded);
-    let elsewhere = "elsewhere".parse().unwrap();
-    assert_eq!(store.void_event(&elsewhere, &event.event_id, day(2.0)).await.unwrap(), None);
+    drain(&store).await;
+    assert!(store.knows_place(&operator(), &place.tail, &place.position).await.unwrap());
+    assert_eq!(store.component(&component("0001")).await.unwrap().unwrap().enrolled_at, day(1.0));
     assert_eq!(found_failed(&store).await, Some(200.0));
+    assert_eq!(store.void_event(&elsewhere, &event.event_id, day(2.0)).await.unwrap(), None);
 }
 
 #[tokio::test]

@@ -109,8 +109,8 @@ async fn dump(store: &Store, operator: &OperatorId) -> String {
         let component = upload("any", serial).component(operator);
         let record = store.component(&component).await.unwrap();
         let record = record.map(|record| (record.lives, record.installations));
-        let estimates = store.estimates(&component, None, None, None, 1000).await.unwrap();
-        let states = store.states(&component, None, None, None, 1000).await.unwrap();
+        let estimates = store.estimates(&component, None, None, None, None, 1000).await.unwrap();
+        let states = store.states(&component, None, None, None, None, 1000).await.unwrap();
         dump += &format!("{record:#?}\n{estimates:#?}\n{states:#?}\n");
     }
     use store::UploadStateKind::{Pending, Processed, SetAside, Voided};

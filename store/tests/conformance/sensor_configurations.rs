@@ -13,7 +13,7 @@ async fn add(store: &Store, tail_name: &str, from: f64, gain_noise: f64) -> Addi
 
 /// Gain noise of the configuration by which each upload of 0001 was estimated, in the order of the life.
 async fn used(store: &Store) -> Vec<Option<f64>> {
-    let history = store.estimates(&component("0001"), None, None, None, 100).await.unwrap();
+    let history = store.estimates(&component("0001"), None, None, None, None, 100).await.unwrap();
     history.into_iter().map(|estimate| estimate.temperature).collect()
 }
 

@@ -1,0 +1,405 @@
+//! Where uploads saw components, whatever the order in which they arrive: the lower one of the two layers
+//! that installations are made of.
+//!
+//! Card. *What:* the half-open periods for which a component was seen at a place (tail and position).
+//! *Definition:* order all observations (a component seen at a place) by (recorded_at, upload_id).
+//! A period starts with an observation and ends before the first later one that contradicts it:
+//! another component at the place, or the component at another place. So a place holds at most one
+//! component, a component is at one place at most, and a late upload of an old unit does not
+//! re-install it. *Update rule:* a new observation inside a period of its own changes nothing. Any
+//! other splits the periods that it contradicts, opens one of its own up to the next
+//! contradiction, and swallows the one that it makes a continuation. An observation taken back
+//! matters only if a period begins with it: the period then begins with its next observation, and
+//! those that it ended go on up to their next contradiction. *Requires:* the observation's upload is
+//! stored before, or marked as voided before.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use domain::{Component, OperatorId, TailNumber, Upload};
+
+use super::{
+    Connection,
+    row::{BindKey, ComponentColumns, parse},
+    tails, uploads,
+};
+use crate::{
+    StoreError,
+    periods::{By, Moment, Period, Place},
+};
+
+const OBSERVED: &str = "observed_installations";
+
+/// The columns of a period, with a condition.
+macro_rules! periods {
+    ($condition:literal) => {
+        concat!(
+            "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
+             from observed_installations where operator = $1 and ",
+            $condition
+        )
+    };
+}
+
+/// Where a component was seen, in the order of time.
+pub(super) async fn of_component(
+    connection: &mut Connection,
+    component: &Component,
+) -> Result<Vec<Period>, StoreError> {
+    let rows: Vec<PeriodRow> =
+        sqlx::query_as(periods!("part_number = $2 and serial_number = $3 order by from_at, from_upload"))
+            .bind_component(component)
+            .fetch_all(connection)
+            .await?;
+    rows.into_iter().map(PeriodRow::period).collect()
+}
+
+/// Every component that was ever seen at a place.
+pub(super) async fn components_at(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    place: &Place,
+) -> Result<Vec<Component>, StoreError> {
+    let rows: Vec<ComponentColumns> = sqlx::query_as(
+        "select distinct operator, part_number, serial_number from observed_installations
+         where operator = $1 and tail = $2 and position = $3",
+    )
+    .bind(operator.as_str())
+    .bind(place.tail.as_str())
+    .bind(place.position.as_str())
+    .fetch_all(connection)
+    .await?;
+    rows.iter().map(|row| row.component(OBSERVED)).collect()
+}
+
+/// The moment of an upload.
+pub(super) fn moment(upload: &Upload) -> Moment {
+    seen_at(upload.recorded_at.micros(), upload.upload_id.as_str().to_owned())
+}
+
+/// The moment of an upload out of columns.
+pub(super) fn seen_at(at: i64, upload_id: String) -> Moment {
+    Moment { at, by: By::Upload, name: upload_id }
+}
+
+#[derive(sqlx::FromRow)]
+struct PeriodRow {
+    #[sqlx(flatten)]
+    key: ComponentColumns,
+    tail: String,
+    position: String,
+    from_at: i64,
+    from_upload: String,
+    to_at: Option<i64>,
+    to_upload: Option<String>,
+}
+
+impl PeriodRow {
+    fn period(self) -> Result<Period, StoreError> {
+        Ok(Period {
+            component: self.key.component(OBSERVED)?,
+            place: Place { tail: parse(OBSERVED, &self.tail)?, position: parse(OBSERVED, &self.position)? },
+            from: seen_at(self.from_at, self.from_upload),
+            to: self.to_at.zip(self.to_upload).map(|(at, upload_id)| seen_at(at, upload_id)),
+        })
+    }
+}
+
+/// Takes note of where an upload saw its component; tells whose periods changed.
+pub(super) async fn observe(
+    connection: &mut Connection,
+    component: &Component,
+    upload: &Upload,
+) -> Result<Vec<Component>, StoreError> {
+    let place = Place { tail: upload.tail.clone(), position: upload.position.clone() };
+    let mut seen = Period { component: component.clone(), place, from: moment(upload), to: None };
+    let mut changed = vec![component.clone()];
+    if let Some(holder) = holding_place(connection, &seen).await? {
+        if holder.component == seen.component {
+            return Ok(Vec::new());
+        }
+        split(connection, &holder, &seen.from).await?;
+        changed.push(holder.component);
+    }
+    if let Some(elsewhere) = holding_component(connection, &seen).await? {
+        split(connection, &elsewhere, &seen.from).await?;
+    }
+    seen.to = next_contradiction(connection, &seen).await?;
+    swallow_continuation(connection, &seen).await?;
+    insert(connection, &seen).await?;
+    tails::enrol(connection, &component.operator, &seen.place.tail).await?;
+    Ok(changed)
+}
+
+/// Makes the periods of an operator anew, from all of its uploads that are not voided; whose they are.
+pub(super) async fn remake(
+    connection: &mut Connection,
+    operator: &OperatorId,
+) -> Result<BTreeSet<Component>, StoreError> {
+    let mut periods = Periods::default();
+    uploads::each_in_time(connection, operator, |component, upload| {
+        let place = Place { tail: upload.tail.clone(), position: upload.position.clone() };
+        periods.see(Period { component, place, from: moment(&upload), to: None });
+    })
+    .await?;
+    sqlx::query("delete from observed_installations where operator = $1")
+        .bind(operator.as_str())
+        .execute(&mut *connection)
+        .await?;
+    let mut components = BTreeSet::new();
+    for period in periods.ended.iter().chain(periods.open.values()) {
+        insert(connection, period).await?;
+        components.insert(period.component.clone());
+    }
+    Ok(components)
+}
+
+/// Periods out of observations in the order of time: their definition, word by word.
+#[derive(Default)]
+struct Periods {
+    ended: Vec<Period>,
+    /// By place; each component has one at most.
+    open: BTreeMap<Place, Period>,
+}
+
+impl Periods {
+    fn see(&mut self, seen: Period) {
+        let place = seen.place.clone();
+        if self.open.get(&place).is_some_and(|holder| holder.component == seen.component) {
+            return;
+        }
+        let elsewhere = self.open.iter().find(|(_, period)| period.component == seen.component);
+        let elsewhere = elsewhere.map(|(place, _)| place.clone());
+        for place in [Some(place.clone()), elsewhere].into_iter().flatten() {
+            let holder = self.open.remove(&place);
+            self.ended.extend(holder.map(|holder| Period { to: Some(seen.from.clone()), ..holder }));
+        }
+        self.open.insert(place, seen);
+    }
+}
+
+/// The period that holds the place at the moment at which `seen` begins.
+async fn holding_place(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
+    let row: Option<PeriodRow> = sqlx::query_as(periods!(
+        "tail = $2 and position = $3 and (from_at, from_upload) < ($4, $5)
+             order by from_at desc, from_upload desc limit 1"
+    ))
+    .bind(seen.component.operator.as_str())
+    .bind(seen.place.tail.as_str())
+    .bind(seen.place.position.as_str())
+    .bind(seen.from.at)
+    .bind(&seen.from.name)
+    .fetch_optional(connection)
+    .await?;
+    let period = row.map(PeriodRow::period).transpose()?;
+    Ok(period.filter(|period| period.lasts_beyond(&seen.from)))
+}
+
+/// The period that holds the component at the moment at which `seen` begins.
+async fn holding_component(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
+    let row: Option<PeriodRow> = sqlx::query_as(periods!(
+        "part_number = $2 and serial_number = $3 and (from_at, from_upload) < ($4, $5)
+             order by from_at desc, from_upload desc limit 1"
+    ))
+    .bind_component(&seen.component)
+    .bind(seen.from.at)
+    .bind(&seen.from.name)
+    .fetch_optional(connection)
+    .await?;
+    let period = row.map(PeriodRow::period).transpose()?;
+    Ok(period.filter(|period| period.lasts_beyond(&seen.from)))
+}
+
+/// Ends a period at a contradiction; it goes on with its component's next upload within it, if any.
+async fn split(connection: &mut Connection, period: &Period, at: &Moment) -> Result<(), StoreError> {
+    set_end(connection, period, Some(at)).await?;
+    go_on(connection, period, at).await
+}
+
+/// Lets a period go on with its component's next upload after a moment within it, if there is one.
+async fn go_on(connection: &mut Connection, period: &Period, after: &Moment) -> Result<(), StoreError> {
+    let to = period.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.name.as_str()));
+    let after = (after.at, after.name.as_str());
+    match uploads::next_seen(connection, &period.component, after, to).await? {
+        None => Ok(()),
+        Some((at, upload_id)) => insert(connection, &Period { from: seen_at(at, upload_id), ..period.clone() }).await,
+    }
+}
+
+/// Takes back where a voided upload saw its component; tells whose periods changed.
+pub(super) async fn forget(
+    connection: &mut Connection,
+    component: &Component,
+    moment: &Moment,
+) -> Result<Vec<Component>, StoreError> {
+    let Some(begun) = take_begun_with(connection, component, moment).await? else { return Ok(Vec::new()) };
+    go_on(connection, &begun, moment).await?;
+    let mut changed = vec![component.clone()];
+    for ended in ended_by(connection, &begun).await? {
+        let mut resumed = Period { from: moment.clone(), ..ended.clone() };
+        resumed.to = next_contradiction(connection, &resumed).await?;
+        swallow_continuation(connection, &resumed).await?;
+        set_end(connection, &ended, resumed.to.as_ref()).await?;
+        changed.push(ended.component);
+    }
+    Ok(changed)
+}
+
+/// Removes the component's period that begins at a moment, if there is one.
+async fn take_begun_with(
+    connection: &mut Connection,
+    component: &Component,
+    moment: &Moment,
+) -> Result<Option<Period>, StoreError> {
+    let row: Option<PeriodRow> = sqlx::query_as(
+        "delete from observed_installations
+         where operator = $1 and part_number = $2 and serial_number = $3 and from_at = $4 and from_upload = $5
+         returning operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload",
+    )
+    .bind_component(component)
+    .bind(moment.at)
+    .bind(&moment.name)
+    .fetch_optional(connection)
+    .await?;
+    row.map(PeriodRow::period).transpose()
+}
+
+/// The periods that ended where `begun` began: of its place, and of its component elsewhere.
+async fn ended_by(connection: &mut Connection, begun: &Period) -> Result<Vec<Period>, StoreError> {
+    let rows: Vec<PeriodRow> = sqlx::query_as(periods!(
+        "to_at = $6 and to_upload = $7
+             and ((part_number = $2 and serial_number = $3) or (tail = $4 and position = $5))"
+    ))
+    .bind_component(&begun.component)
+    .bind(begun.place.tail.as_str())
+    .bind(begun.place.position.as_str())
+    .bind(begun.from.at)
+    .bind(&begun.from.name)
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(PeriodRow::period).collect()
+}
+
+/// Sets where a period ends.
+async fn set_end(connection: &mut Connection, period: &Period, to: Option<&Moment>) -> Result<(), StoreError> {
+    sqlx::query(
+        "update observed_installations set to_at = $6, to_upload = $7
+         where operator = $1 and tail = $2 and position = $3 and from_at = $4 and from_upload = $5",
+    )
+    .bind(period.component.operator.as_str())
+    .bind(period.place.tail.as_str())
+    .bind(period.place.position.as_str())
+    .bind(period.from.at)
+    .bind(&period.from.name)
+    .bind(to.map(|to| to.at))
+    .bind(to.map(|to| to.name.as_str()))
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+/// The first moment after `seen` begins at which another component begins a period at the place, or
+/// the component one at another place.
+async fn next_contradiction(connection: &mut Connection, seen: &Period) -> Result<Option<Moment>, StoreError> {
+    let moments: Vec<(i64, String)> = sqlx::query_as(
+        "select * from (
+           select from_at, from_upload from observed_installations
+           where operator = $1 and tail = $4 and position = $5 and (from_at, from_upload) > ($6, $7)
+             and not (part_number = $2 and serial_number = $3)
+           order by from_at, from_upload limit 1) as at_place
+         union all
+         select * from (
+           select from_at, from_upload from observed_installations
+           where operator = $1 and part_number = $2 and serial_number = $3 and (from_at, from_upload) > ($6, $7)
+             and not (tail = $4 and position = $5)
+           order by from_at, from_upload limit 1) as of_component",
+    )
+    .bind_component(&seen.component)
+    .bind(seen.place.tail.as_str())
+    .bind(seen.place.position.as_str())
+    .bind(seen.from.at)
+    .bind(&seen.from.name)
+    .fetch_all(connection)
+    .await?;
+    Ok(moments.into_iter().map(|(at, upload_id)| seen_at(at, upload_id)).min())
+}
+
+/// Removes the period that goes on where `seen` already holds.
+async fn swallow_continuation(connection: &mut Connection, seen: &Period) -> Result<(), StoreError> {
+    let to = seen.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.name.as_str()));
+    sqlx::query(
+        "delete from observed_installations
+         where operator = $1 and part_number = $2 and serial_number = $3 and tail = $4 and position = $5
+           and (from_at, from_upload) > ($6, $7) and (from_at, from_upload) < ($8, $9)",
+    )
+    .bind_component(&seen.component)
+    .bind(seen.place.tail.as_str())
+    .bind(seen.place.position.as_str())
+    .bind(seen.from.at)
+    .bind(&seen.from.name)
+    .bind(to.0)
+    .bind(to.1)
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+async fn insert(connection: &mut Connection, period: &Period) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into observed_installations
+         (operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
+    )
+    .bind_component(&period.component)
+    .bind(period.place.tail.as_str())
+    .bind(period.place.position.as_str())
+    .bind(period.from.at)
+    .bind(&period.from.name)
+    .bind(period.to.as_ref().map(|to| to.at))
+    .bind(period.to.as_ref().map(|to| to.name.as_str()))
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+/// A component that was seen on a tail, and the moments that bound the period.
+pub(super) struct TailPeriod {
+    pub(super) tail: TailNumber,
+    pub(super) component: Component,
+    pub(super) from_at: i64,
+    pub(super) to: (i64, String),
+}
+
+impl TailPeriod {
+    fn of(row: PeriodRow) -> Result<Self, StoreError> {
+        let Period { component, place, from, to } = row.period()?;
+        let to = to.map_or((i64::MAX, String::new()), |to| (to.at, to.name));
+        Ok(Self { tail: place.tail, component, from_at: from.at, to })
+    }
+}
+
+/// Every period of a tail, at all positions.
+pub(super) async fn periods_of_tail(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    tail: &TailNumber,
+) -> Result<Vec<TailPeriod>, StoreError> {
+    let rows: Vec<PeriodRow> =
+        sqlx::query_as(periods!("tail = $2")).bind(operator.as_str()).bind(tail.as_str()).fetch_all(connection).await?;
+    rows.into_iter().map(TailPeriod::of).collect()
+}
+
+/// Every period of the tails behind `after` up to `last`, in alphabetical order.
+pub(super) async fn periods_of_tails(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    after: &str,
+    last: &str,
+) -> Result<Vec<TailPeriod>, StoreError> {
+    let rows: Vec<PeriodRow> = sqlx::query_as(periods!("tail > $2 and tail <= $3"))
+        .bind(operator.as_str())
+        .bind(after)
+        .bind(last)
+        .fetch_all(connection)
+        .await?;
+    rows.into_iter().map(TailPeriod::of).collect()
+}
