@@ -9,6 +9,7 @@ pub mod loads;
 pub mod migrate;
 pub mod serve;
 pub mod simulate;
+pub mod token;
 pub mod train;
 pub mod verify;
 pub mod worker;

@@ -1,6 +1,6 @@
 //! Where the data is, as the command line names it. Its password is in no message.
 
-use std::{fmt, fs, path::PathBuf};
+use std::{fmt, fs, io::ErrorKind, path::PathBuf};
 
 use anyhow::Result;
 use clap::Args;
@@ -52,6 +52,24 @@ impl Database {
     /// Opens it for reading only.
     pub async fn open_read_only(&self) -> Result<Store> {
         Ok(Store::open_read_only(&self.url()?).await.map_err(|error| self.refuse(error))?)
+    }
+
+    /// Opens it for administrative acts, also while a service has it open.
+    pub async fn open_beside(&self) -> Result<Store> {
+        Ok(Store::open_beside(&self.url()?).await.map_err(|error| self.refuse(error))?)
+    }
+
+    /// Opens it for administrative acts, too; before, an SQLite file is created or migrated where it must be.
+    pub async fn prepared(&self) -> Result<Store> {
+        let is_to_be_prepared = match Store::open_beside(&self.url()?).await {
+            Ok(store) => return Ok(store),
+            Err(StoreError::Io { error, .. }) => error.kind() == ErrorKind::NotFound,
+            Err(error) => matches!(error, StoreError::OlderSchema { .. }),
+        };
+        if is_to_be_prepared && !self.is_postgres() {
+            self.migrate().await?;
+        }
+        self.open_beside().await
     }
 
     /// The URL, with the password of the file.

@@ -1,7 +1,7 @@
 //! The bundle that ships inside the binary; `models/README.md` has the command that made it.
 
 use anyhow::{Context, Result};
-use domain::Timestamp;
+use domain::{Actor, Timestamp};
 use pipeline::Model;
 use store::Store;
 
@@ -11,9 +11,9 @@ static BUNDLE: &[u8] = include_bytes!("../../models/default.json");
 pub async fn provide(store: &Store, now: Timestamp) -> Result<()> {
     let model = Model::from_bytes(BUNDLE).context("the bundle inside this binary")?;
     let summary = model.summary();
-    store.register_bundle(&summary, BUNDLE, now).await?;
+    store.register_bundle(&summary, BUNDLE, Actor::Service.at(now)).await?;
     if !store.bundles().await?.iter().any(|bundle| bundle.active) {
-        store.activate_bundle(&summary.hash, now).await?;
+        store.activate_bundle(&summary.hash, Actor::Service.at(now)).await?;
     }
     Ok(())
 }

@@ -22,7 +22,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::command::{
-    backtest, demo, diagnose, due, healthcheck, loads, migrate, serve, simulate, train, verify, worker,
+    backtest, demo, diagnose, due, healthcheck, loads, migrate, serve, simulate, token, train, verify, worker,
 };
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
@@ -45,6 +45,7 @@ enum Command {
     Loads(loads::Arguments),
     Migrate(migrate::Arguments),
     Simulate(simulate::Arguments),
+    Token(token::Arguments),
     Verify(verify::Arguments),
     Worker(worker::Arguments),
 }
@@ -67,6 +68,7 @@ fn main() -> ExitCode {
         Command::Loads(arguments) => loads::run(&arguments),
         Command::Migrate(arguments) => migrate::run(&arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
+        Command::Token(arguments) => token::run(arguments),
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Worker(arguments) => worker::run(arguments),
     };

@@ -1,12 +1,14 @@
 //! The fleet in the terminal: one line per component, worst first.
 
 mod due;
+mod tokens;
 
 use std::fmt::Write as _;
 
 use proto::json::{RulBody, Status};
 
 pub use due::due;
+pub use tokens::tokens;
 
 /// A table of prognoses, worst first, with a heading.
 pub fn fleet(prognoses: &[RulBody]) -> String {

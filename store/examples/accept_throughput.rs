@@ -4,7 +4,9 @@
 
 use std::time::Instant;
 
-use domain::{BundleSummary, ContentHash, Coordinate, FaultModel, LoadRatio, Mask, OperatorId, Timestamp, Upload};
+use domain::{
+    Actor, BundleSummary, ContentHash, Coordinate, FaultModel, LoadRatio, Mask, OperatorId, Timestamp, Upload,
+};
 use store::{Options, Store};
 use tokio::task::JoinSet;
 
@@ -45,8 +47,8 @@ async fn opened(folder: &str) -> Result<Store, store::StoreError> {
     let (body, now) = (b"bundle", Timestamp::from_micros(1_772_366_400_000_000));
     let (hash, faults, masks) = (ContentHash::of(body), FaultModel::electrical(), vec![mask()]);
     let bundle = BundleSummary { hash, prior: hash, faults, masks, k_nom: 0.0752, min_samples: 8 };
-    store.register_bundle(&bundle, body, now).await?;
-    store.activate_bundle(&hash, now).await?;
+    store.register_bundle(&bundle, body, Actor::Cli.at(now)).await?;
+    store.activate_bundle(&hash, Actor::Cli.at(now)).await?;
     Ok(store)
 }
 

@@ -50,7 +50,7 @@ pub use options::{Clock, Options};
 pub use prior::PriorRecord;
 pub use sensor_configuration::{Addition, TailConfiguration};
 pub use store::Store;
-pub use token::{Revocation, TokenRecord, TokenRefusal};
+pub use token::{Revocation, TokenRecord, TokenRefusal, TokenStatus};
 pub use upload::{Receipt, Retrial, UploadRecord, UploadState, UploadStateKind, Voiding};
 pub use verification::{DamagedRow, Verification};
 pub use work::{Completion, Generation, Lease, LifeInputs, LifeResults, Unestimated, WorkFigures};

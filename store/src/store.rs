@@ -77,6 +77,21 @@ impl Store {
         Ok(())
     }
 
+    /// Opens an existing database for administrative acts, also while a service has it open.
+    ///
+    /// A Postgres database is open to all anyway. That is safe on SQLite, too, where one process owns a file: it takes the writers of all processes one after the
+    /// other, each waits for the other's transaction, and what is committed is as durable as the owner's. The lock
+    /// on the file is there for what an owner knows beyond the database: leases end when it opens the file, and its
+    /// workers are woken inside of it. Administrative acts rest on neither. They are short, so that nobody waits for
+    /// long; uploads and results do not come this way. The schema must be that of this build: nothing is migrated.
+    pub async fn open_beside(url: &str) -> Result<Self, StoreError> {
+        if is_postgres(url) {
+            return Self::open(url, Options::default()).await;
+        }
+        let sqlite = sqlite::Engine::open_beside(url).await?;
+        Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
+    }
+
     /// Writes what still waits, then closes the database; an SQLite file is unlocked. Later calls fail with
     /// [`StoreError::Closed`].
     pub async fn close(&self) {
@@ -135,18 +150,13 @@ impl Store {
     }
 
     /// Keeps a bundle and publishes its masks for ever. Idempotent.
-    pub async fn register_bundle(
-        &self,
-        summary: &BundleSummary,
-        body: &[u8],
-        now: Timestamp,
-    ) -> Result<(), StoreError> {
-        backend!(self, register_bundle(summary, body, now))
+    pub async fn register_bundle(&self, summary: &BundleSummary, body: &[u8], act: Act) -> Result<(), StoreError> {
+        backend!(self, register_bundle(summary, body, act))
     }
 
     /// Lets the lives that begin from now on be judged by this bundle.
-    pub async fn activate_bundle(&self, hash: &ContentHash, now: Timestamp) -> Result<(), StoreError> {
-        backend!(self, activate_bundle(hash, now))
+    pub async fn activate_bundle(&self, hash: &ContentHash, act: Act) -> Result<(), StoreError> {
+        backend!(self, activate_bundle(hash, act))
     }
 
     /// Lets a bundle with its newest prior judge all lives, of all operators: announces a generation of each
@@ -245,9 +255,9 @@ impl Store {
         &self,
         operator: &OperatorId,
         id: &EventId,
-        now: Timestamp,
+        act: Act,
     ) -> Result<Option<Voiding>, StoreError> {
-        backend!(self, void_event(operator, id, now))
+        backend!(self, void_event(operator, id, act))
     }
 
     /// An event, voided or not.
@@ -296,9 +306,9 @@ impl Store {
         &self,
         operator: &OperatorId,
         id: &UploadId,
-        now: Timestamp,
+        act: Act,
     ) -> Result<Option<Voiding>, StoreError> {
-        backend!(self, void_upload(operator, id, now))
+        backend!(self, void_upload(operator, id, act))
     }
 
     /// Lets a worker try again an upload that is set aside. `None` for an unknown one.
@@ -306,9 +316,9 @@ impl Store {
         &self,
         operator: &OperatorId,
         id: &UploadId,
-        now: Timestamp,
+        act: Act,
     ) -> Result<Option<Retrial>, StoreError> {
-        backend!(self, retry_upload(operator, id, now))
+        backend!(self, retry_upload(operator, id, act))
     }
 
     /// Puts a sensor configuration in force on a tail from a time on, which may be past, until the time
@@ -319,9 +329,9 @@ impl Store {
         tail: &TailNumber,
         effective_from: Timestamp,
         configuration: &SensorConfiguration,
-        now: Timestamp,
+        act: Act,
     ) -> Result<Addition, StoreError> {
-        backend!(self, add_sensor_configuration(operator, tail, effective_from, configuration, now))
+        backend!(self, add_sensor_configuration(operator, tail, effective_from, configuration, act))
     }
 
     /// The sensor configurations of a tail, by the time from which they are in force.

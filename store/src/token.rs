@@ -26,21 +26,51 @@ pub struct TokenRecord {
 impl TokenRecord {
     /// Who shows this secret now.
     pub fn admit(&self, secret: &Secret, now: Timestamp) -> Result<Principal, TokenRefusal> {
-        if !self.secret.matches(secret) {
-            return Err(TokenRefusal::WrongSecret);
+        match (self.secret.matches(secret), self.status(now)) {
+            (false, _) => Err(TokenRefusal::WrongSecret),
+            (true, TokenStatus::Revoked) => Err(TokenRefusal::Revoked),
+            (true, TokenStatus::Expired { at }) => Err(TokenRefusal::Expired { at }),
+            (true, TokenStatus::Valid) => Ok(self.principal()),
         }
-        if self.revoked_at.is_some() {
-            return Err(TokenRefusal::Revoked);
-        }
+    }
+
+    /// Whether it opens anything now.
+    pub fn status(&self, now: Timestamp) -> TokenStatus {
         match self.expires_at {
-            Some(at) if at <= now => Err(TokenRefusal::Expired { at }),
-            _ => Ok(self.principal()),
+            _ if self.revoked_at.is_some() => TokenStatus::Revoked,
+            Some(at) if at <= now => TokenStatus::Expired { at },
+            _ => TokenStatus::Valid,
         }
     }
 
     /// Who owns it.
     pub fn principal(&self) -> Principal {
         Principal { operator: self.operator.clone(), scope: self.scope.clone(), actor: Actor::Token(self.id) }
+    }
+}
+
+/// Whether a token opens anything.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TokenStatus {
+    /// It does.
+    Valid,
+    /// Its time is over.
+    Expired {
+        /// From when on it was refused.
+        at: Timestamp,
+    },
+    /// It was revoked, and may have expired, too.
+    Revoked,
+}
+
+impl TokenStatus {
+    /// The name in lists.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Valid => "valid",
+            Self::Expired { .. } => "expired",
+            Self::Revoked => "revoked",
+        }
     }
 }
 

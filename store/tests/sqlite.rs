@@ -9,8 +9,8 @@ use std::{fs, path::Path};
 
 use domain::{Actor, ContentHash, Finding, SetAsideReason};
 use fixture::{
-    Database, bundle, component, configuration, day, drain, finding, later_upload, lease, life_inputs, operator, prior,
-    results, serve, tail, token, upload,
+    Database, bundle, by_hand, component, configuration, day, drain, finding, later_upload, lease, life_inputs,
+    operator, prior, results, serve, tail, token, upload,
 };
 use metrics_exporter_prometheus::PrometheusBuilder;
 use sqlx::{Connection, Executor, SqliteConnection, migrate::Migrator, sqlite::SqliteConnectOptions};
@@ -118,7 +118,7 @@ async fn what_is_acknowledged_is_in_the_files() {
     for event in &events {
         store.record_event(&operator(), event, day(0.0)).await.unwrap();
     }
-    store.void_event(&operator(), &events[1].event_id, day(0.0)).await.unwrap();
+    store.void_event(&operator(), &events[1].event_id, by_hand(0.0)).await.unwrap();
     store.add_prior(&operator(), &prior("learned", 10, 0.0), b"learned").await.unwrap();
     let left_behind = killed(&database);
     let store = left_behind.open().await;
@@ -126,7 +126,7 @@ async fn what_is_acknowledged_is_in_the_files() {
     for event in &events {
         assert_eq!(store.record_event(&operator(), event, day(1.0)).await.unwrap(), EventReceipt::Duplicate);
     }
-    let voided = store.void_event(&operator(), &events[1].event_id, day(1.0)).await.unwrap();
+    let voided = store.void_event(&operator(), &events[1].event_id, by_hand(1.0)).await.unwrap();
     assert_eq!(voided, Some(Voiding::AlreadyVoided));
     assert_eq!(store.component(&component("0001")).await.unwrap().unwrap().lives[0].found_failed_fh, Some(200.0));
     assert_eq!(store.priors(&operator()).await.unwrap(), [prior("learned", 10, 0.0)]);
@@ -187,7 +187,7 @@ async fn with_history() -> Database {
         store.accept(&operator(), upload, day(0.0)).await.unwrap();
     }
     let configuration = configuration(0.25);
-    store.add_sensor_configuration(&operator(), &tail("EC-MXA"), day(2.0), &configuration, day(0.0)).await.unwrap();
+    store.add_sensor_configuration(&operator(), &tail("EC-MXA"), day(2.0), &configuration, by_hand(0.0)).await.unwrap();
     drain(&store).await;
     let event = finding("end", "0001", Finding::Failed, 1000.0);
     store.record_event(&operator(), &event, day(0.0)).await.unwrap();
@@ -396,7 +396,7 @@ async fn a_database_of_the_first_schema_keeps_its_rows_and_its_answers() {
     assert_eq!(state("waits").await, UploadState::Pending);
     let figures = store.work_figures().await.unwrap();
     assert_eq!((figures.pending, figures.oldest_pending_since, figures.set_aside), (1, Some(day(7.0)), 1));
-    let retried = store.retry_upload(&operator(), &"aside".parse().unwrap(), day(8.0)).await.unwrap();
+    let retried = store.retry_upload(&operator(), &"aside".parse().unwrap(), by_hand(8.0)).await.unwrap();
     assert_eq!(retried, Some(Retrial::Retried));
     assert_eq!(served(&store).await.unwrap(), expected);
     drain(&store).await;
@@ -529,4 +529,113 @@ async fn a_reopened_database_leases_at_once_what_was_leased_before() {
     assert_eq!(serve(&store, &before).await, Completion::Fenced);
     let after = lease(&store).await;
     assert_eq!((after.fence, after.attempts), (before.fence + 1, 1));
+}
+
+/// A database whose operator `default` has a chain of five records.
+async fn with_audit() -> Database {
+    let database = Database::new();
+    let store = database.open().await;
+    for number in 0..5 {
+        store.create_token(&token(&operator(), number).1, Actor::Cli).await.unwrap();
+    }
+    store.close().await;
+    database
+}
+
+#[tokio::test]
+async fn a_record_that_was_changed_removed_or_inserted_is_found_where_it_is() {
+    let whole = with_audit().await.open().await.verify_audit().await.unwrap().remove(0);
+    assert_eq!((whole.records, &whole.damage), (5, &None));
+    for (damage, place) in [
+        ("update audit set body = replace(body, 'cli', 'CLI') where sequence = 3", 3),
+        ("update audit set hash = zeroblob(32) where sequence = 4", 4),
+        (
+            "update audit set body = (select body from audit where sequence = 2),
+            hash = (select hash from audit where sequence = 2) where sequence = 3",
+            3,
+        ),
+        ("delete from audit where sequence = 1", 1),
+        ("delete from audit where sequence = 3", 3),
+        ("update audit set sequence = 9 where sequence = 5", 5),
+        ("insert into audit select operator, 0, body, hash from audit where sequence = 1", 1),
+        ("insert into audit select operator, 6, body, hash from audit where sequence = 5", 6),
+        ("update audit set operator = 'elsewhere'", 1),
+    ] {
+        let database = with_audit().await;
+        assert!(execute(&database.path(), damage).await > 0, "{damage}");
+        let chains = database.open().await.verify_audit().await.unwrap();
+        let found = chains[0].damage.as_ref().unwrap_or_else(|| panic!("{damage}: {chains:?}"));
+        assert_eq!((found.sequence, chains[0].records), (place, place - 1), "{damage}: {found:?}");
+    }
+}
+
+#[tokio::test]
+async fn a_record_written_anew_with_its_hash_breaks_the_chain_behind_it() {
+    let database = with_audit().await;
+    let store = database.open().await;
+    let mut record = store.audit(Some(&operator()), 2, 1).await.unwrap().remove(0);
+    store.close().await;
+    record.subject = "another".to_owned();
+    let options = SqliteConnectOptions::new().filename(database.path());
+    let mut connection = SqliteConnection::connect_with(&options).await.unwrap();
+    sqlx::query("update audit set body = $1, hash = $2 where sequence = 3")
+        .bind(serde_json::to_string(&record).unwrap())
+        .bind(&record.hash().bytes()[..])
+        .execute(&mut connection)
+        .await
+        .unwrap();
+    connection.close().await.unwrap();
+    let chain = database.open().await.verify_audit().await.unwrap().remove(0);
+    assert_eq!((chain.records, chain.damage.map(|damage| damage.sequence)), (3, Some(4)));
+}
+
+#[tokio::test]
+async fn the_newest_hash_tells_whether_the_end_was_cut_off() {
+    let database = with_audit().await;
+    let whole = database.open().await.verify_audit().await.unwrap().remove(0);
+    execute(&database.path(), "delete from audit where sequence > 3").await;
+    let cut = database.open().await.verify_audit().await.unwrap().remove(0);
+    assert_eq!(cut.damage, None, "what is left follows from its beginning");
+    assert_ne!(cut.newest, whole.newest);
+}
+
+#[tokio::test]
+async fn administrative_acts_are_done_beside_the_owner_who_sees_them_at_once() {
+    let database = Database::new();
+    let owner = database.ready().await;
+    owner.accept(&operator(), upload("u1", "0001"), day(0.0)).await.unwrap();
+    let leased = lease(&owner).await;
+    let mut accepted = JoinSet::new();
+    for i in 0..200 {
+        let owner = owner.clone();
+        let upload = upload(&format!("b{i}"), "0002");
+        accepted.spawn(async move { owner.accept(&operator(), upload, day(0.0)).await.unwrap() });
+    }
+    let beside = Store::open_beside(&database.url()).await.unwrap();
+    for number in 0..20 {
+        let (created, record) = token(&operator(), number);
+        beside.create_token(&record, Actor::Cli).await.unwrap();
+        assert_eq!(owner.token(&created.id).await.unwrap(), Some(record));
+    }
+    beside.revoke_token(&operator(), &token(&operator(), 3).0.id, by_hand(1.0)).await.unwrap();
+    beside.close().await;
+    assert!(owner.token(&token(&operator(), 3).0.id).await.unwrap().unwrap().revoked_at.is_some());
+    while let Some(receipt) = accepted.join_next().await {
+        assert_eq!(receipt.unwrap(), Receipt::Accepted);
+    }
+    assert_eq!(serve(&owner, &leased).await, Completion::Done, "leases go on");
+    assert!(matches!(refusal(&database).await, StoreError::Locked { .. }), "the owner is still the owner");
+    let damage: Vec<_> = owner.verify_audit().await.unwrap().into_iter().filter_map(|chain| chain.damage).collect();
+    assert_eq!(damage, []);
+}
+
+#[tokio::test]
+async fn nothing_is_created_or_migrated_beside_an_owner() {
+    let database = Database::new();
+    let refused = Store::open_beside(&database.url()).await.err().unwrap();
+    assert!(matches!(refused, StoreError::Io { .. }), "{refused:?}");
+    assert!(!database.path().exists());
+    let old = of_first_schema(&with_history().await).await;
+    let refused = Store::open_beside(&old.url()).await.err().unwrap();
+    assert!(matches!(refused, StoreError::OlderSchema { version: 1, .. }), "{refused:?}");
 }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{now, store, upload, work};
-use domain::{Coordinate, Mask, OperatorId, SetAsideReason};
+use domain::{Actor, Coordinate, Mask, OperatorId, SetAsideReason};
 use store::{Receipt, UploadState};
 
 #[tokio::test]
@@ -40,7 +40,7 @@ async fn an_upload_that_cannot_be_estimated_is_set_aside_and_stops_no_other() {
     let body = b"a bundle of another kind of map";
     summary.hash = domain::ContentHash::of(body);
     summary.masks = vec![foreign.clone()];
-    store.register_bundle(&summary, body, now()).await.unwrap();
+    store.register_bundle(&summary, body, Actor::Cli.at(now())).await.unwrap();
     let mask = &model.bundle().masks[0];
     for index in 0..8 {
         let mask = if index == 3 { &foreign } else { mask };

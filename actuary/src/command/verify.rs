@@ -2,7 +2,7 @@
 
 use anyhow::{Result, anyhow};
 use clap::Args;
-use store::{Store, Verification};
+use store::{AuditChain, AuditDamage, Store, Verification};
 
 use crate::database::Database;
 
@@ -11,33 +11,41 @@ use crate::database::Database;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  actuary verify --digest --database-url sqlite:fleet.sqlite\n\n\
     Two databases that were sent the same uploads have the same digest once nothing is pending, whatever\n\
-    the order. Exit code 1 when a row is damaged: actuary rebuild makes results anew, actuary restore\n\
-    brings back the rest.")]
+    the order. Note the newest hashes of the audit log elsewhere: without them, nobody can tell whether\n\
+    newer records were cut off. Exit code 1 when a row is damaged or the log is broken: actuary rebuild\n\
+    makes results anew, actuary restore brings back the rest.")]
 pub struct Arguments {
     #[command(flatten)]
     database: Database,
     /// Print the digest of all estimates and states.
     #[arg(long)]
     digest: bool,
+    /// Look at the audit log only.
+    #[arg(long, conflicts_with = "digest")]
+    audit: bool,
 }
 
 /// Runs the check.
 pub fn run(arguments: &Arguments) -> Result<()> {
     tokio::runtime::Runtime::new()?.block_on(async {
         let store = arguments.database.open_read_only().await?;
-        let checked = check(&store, arguments.digest).await;
+        let checked = check(&store, arguments).await;
         store.close().await;
         checked
     })
 }
 
 /// Prints what is held and what is damaged of it; damage is a failure.
-async fn check(store: &Store, digest: bool) -> Result<()> {
+async fn check(store: &Store, arguments: &Arguments) -> Result<()> {
+    let audit = unbroken(&store.verify_audit().await?);
+    if arguments.audit {
+        return audit;
+    }
     let found = store.verify().await?;
     undamaged(&found)?;
     let held = store.digest().await?;
     let pending = store.pending().await?;
-    if digest {
+    if arguments.digest {
         println!("{}", held.digest);
     }
     println!(
@@ -45,7 +53,23 @@ async fn check(store: &Store, digest: bool) -> Result<()> {
         held.estimates, held.states, held.lives
     );
     println!("{} rows match their checksums", found.rows());
-    Ok(())
+    audit
+}
+
+/// Names the chains of the audit log, each with the hash of its newest record, and where one is broken; that is
+/// a failure.
+fn unbroken(chains: &[AuditChain]) -> Result<()> {
+    for AuditChain { operator, records, newest, damage } in chains {
+        let whose = operator.as_ref().map_or_else(|| "the installation".to_owned(), |one| format!("operator {one}"));
+        println!("audit log of {whose}: {records} records, the newest is {newest}");
+        if let Some(AuditDamage { sequence, detail }) = damage {
+            println!("damaged: audit log of {whose}: record {sequence}: {detail}");
+        }
+    }
+    match chains.iter().filter(|chain| chain.damage.is_some()).count() {
+        0 => Ok(()),
+        broken => Err(anyhow!("{broken} of {} chains of the audit log are broken", chains.len())),
+    }
 }
 
 /// Names damaged rows, one a line; any is a failure.

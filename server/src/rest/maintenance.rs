@@ -138,7 +138,7 @@ pub async fn void(
 ) -> Result<Json<EventItem>, Refusal> {
     let (state, operator) = (&shared.state, caller.operator());
     find(state, operator, &one).await?;
-    state.store.void_event(operator, &one.event_id, (state.clock)()).await?;
+    state.store.void_event(operator, &one.event_id, caller.at((state.clock)())).await?;
     Ok(Json(item(find(state, operator, &one).await?)))
 }
 

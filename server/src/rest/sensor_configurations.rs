@@ -78,8 +78,8 @@ pub async fn post(
     if !state.enrol {
         must_be_known(state, caller.operator(), &tail).await?;
     }
-    let (operator, now) = (caller.operator(), (state.clock)());
-    let added = state.store.add_sensor_configuration(operator, &tail, effective_from, &configuration, now).await?;
+    let (operator, act) = (caller.operator(), caller.at((state.clock)()));
+    let added = state.store.add_sensor_configuration(operator, &tail, effective_from, &configuration, act).await?;
     let (code, status) = match added {
         Addition::Added => (StatusCode::CREATED, SensorConfigurationStatus::Added),
         Addition::Duplicate => (StatusCode::OK, SensorConfigurationStatus::Duplicate),

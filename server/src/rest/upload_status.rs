@@ -83,7 +83,7 @@ pub async fn void(
     Named(One { upload_id }): Named<One>,
 ) -> Result<Json<UploadStatusBody>, Refusal> {
     let now = (shared.state.clock)();
-    let voiding = shared.state.store.void_upload(caller.operator(), &upload_id, now).await?;
+    let voiding = shared.state.store.void_upload(caller.operator(), &upload_id, caller.at(now)).await?;
     voiding.ok_or_else(|| unknown(&upload_id))?;
     read(&shared.state, &caller, &upload_id).await
 }
@@ -100,7 +100,7 @@ pub async fn retry(
     Named(One { upload_id }): Named<One>,
 ) -> Result<Json<UploadStatusBody>, Refusal> {
     let now = (shared.state.clock)();
-    let retrial = shared.state.store.retry_upload(caller.operator(), &upload_id, now).await?;
+    let retrial = shared.state.store.retry_upload(caller.operator(), &upload_id, caller.at(now)).await?;
     match retrial.ok_or_else(|| unknown(&upload_id))? {
         Retrial::Retried => read(&shared.state, &caller, &upload_id).await,
         Retrial::NotSetAside { state } => {

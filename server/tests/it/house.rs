@@ -124,8 +124,8 @@ impl House {
             k_nom: 0.0752,
             min_samples: 2,
         };
-        store.register_bundle(&summary, body, time(START)).await.unwrap();
-        store.activate_bundle(&summary.hash, time(START)).await.unwrap();
+        store.register_bundle(&summary, body, Actor::Cli.at(time(START))).await.unwrap();
+        store.activate_bundle(&summary.hash, Actor::Cli.at(time(START))).await.unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let scheme = if files.is_some() { "https" } else { "http" };
         let url = format!("{scheme}://{}", listener.local_addr().unwrap());

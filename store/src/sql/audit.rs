@@ -1,11 +1,12 @@
 //! The audit log: records are appended in the transaction of the act itself, and never changed.
 
-use domain::{Act, Action, AuditRecord, ContentHash, OperatorId};
+use domain::{Act, Action, AuditRecord, ContentHash, OperatorId, Timestamp};
 use serde_json::Value;
 
 use super::{
     Connection, Engine,
     row::{Body, corrupt, count, encode, hash, parse},
+    write::{Reach, Write},
 };
 use crate::{AuditChain, AuditDamage, StoreError};
 
@@ -22,7 +23,7 @@ impl Engine {
         after: u64,
         limit: u32,
     ) -> Result<Vec<AuditRecord>, StoreError> {
-        let rows = self.audit_rows(operator, after, limit).await?;
+        let rows = self.audit_rows(operator, i64::try_from(after).unwrap_or(i64::MAX), limit).await?;
         rows.into_iter().map(|row| row.record(operator)).collect()
     }
 
@@ -42,7 +43,9 @@ impl Engine {
         let mut chain = AuditChain { operator, records: 0, newest, damage: None };
         // One page after the other, so that no transaction is open for long.
         loop {
-            let rows = self.audit_rows(chain.operator.as_ref(), chain.records, PAGE).await?;
+            // The first page begins below 1: nothing belongs there.
+            let after = if chain.records == 0 { i64::MIN } else { i64::try_from(chain.records).unwrap_or(i64::MAX) };
+            let rows = self.audit_rows(chain.operator.as_ref(), after, PAGE).await?;
             let last = rows.len() < PAGE as usize;
             for row in rows {
                 if let Err(damage) = row.follows(&chain) {
@@ -61,7 +64,7 @@ impl Engine {
     async fn audit_rows(
         &self,
         operator: Option<&OperatorId>,
-        after: u64,
+        after: i64,
         limit: u32,
     ) -> Result<Vec<AuditRow>, StoreError> {
         let mut connection = match operator {
@@ -72,7 +75,7 @@ impl Engine {
             "select sequence, body, hash from audit where operator = $1 and sequence > $2 order by sequence limit $3",
         )
         .bind(chain_column(operator))
-        .bind(i64::try_from(after).unwrap_or(i64::MAX))
+        .bind(after)
         .bind(i64::from(limit))
         .fetch_all(&mut *connection)
         .await?;
@@ -122,34 +125,82 @@ impl AuditRow {
     }
 }
 
-/// What is to be recorded: who does what to which.
-pub(super) struct Entry<'a> {
-    pub(super) operator: Option<&'a OperatorId>,
+/// What is to be recorded of a write.
+pub(super) struct Trace {
     pub(super) act: Act,
     pub(super) action: Action,
+    /// The name of what is acted upon.
     pub(super) subject: String,
     /// No secret.
     pub(super) detail: Value,
 }
 
-/// Appends a record to a chain. The caller's transaction is alone with the operator, or with the models.
-pub(super) async fn append(connection: &mut Connection, entry: Entry<'_>) -> Result<(), StoreError> {
-    let Entry { operator, act: Act { actor, at }, action, subject, detail } = entry;
+impl Engine {
+    /// Writes, and records that in the same transaction, if it `changed` anything: in the chain of the operator that
+    /// the write reaches, or else in that of the installation.
+    pub(super) async fn act<W: Write>(
+        &self,
+        write: W,
+        trace: Trace,
+        changed: fn(&W::Output) -> bool,
+    ) -> Result<W::Output, StoreError> {
+        self.write(Audited { write, trace, changed }).await
+    }
+}
+
+/// A write that is recorded.
+struct Audited<W: Write> {
+    write: W,
+    trace: Trace,
+    changed: fn(&W::Output) -> bool,
+}
+
+impl<W: Write> Write for Audited<W> {
+    type Output = W::Output;
+
+    fn reach(&self) -> Reach<'_> {
+        self.write.reach()
+    }
+
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<W::Output, StoreError> {
+        let output = self.write.apply(connection, now).await?;
+        if (self.changed)(&output) {
+            let operator = match self.reach() {
+                Reach::Operator(operator) => Some(operator),
+                Reach::Component(component) => Some(&component.operator),
+                Reach::Queue | Reach::Models => None,
+            };
+            append(connection, operator, &self.trace).await?;
+        }
+        Ok(output)
+    }
+}
+
+/// Appends a record to a chain.
+async fn append(connection: &mut Connection, operator: Option<&OperatorId>, trace: &Trace) -> Result<(), StoreError> {
     let newest: Option<(i64, Vec<u8>)> =
         sqlx::query_as("select sequence, hash from audit where operator = $1 order by sequence desc limit 1")
             .bind(chain_column(operator))
             .fetch_optional(&mut *connection)
             .await?;
-    let (sequence, previous) = match newest {
+    let (last, previous) = match newest {
         None => (0, AuditRecord::origin(operator)),
-        Some((sequence, bytes)) => (count(AUDIT, sequence)?, hash(AUDIT, &bytes)?),
+        Some((last, bytes)) => (last, hash(AUDIT, &bytes)?),
     };
-    let sequence: u64 = sequence + 1;
-    let record = AuditRecord { operator: operator.cloned(), sequence, at, actor, action, subject, detail, previous };
+    let record = AuditRecord {
+        operator: operator.cloned(),
+        sequence: count(AUDIT, last + 1)?,
+        at: trace.act.at,
+        actor: trace.act.actor,
+        action: trace.action,
+        subject: trace.subject.clone(),
+        detail: trace.detail.clone(),
+        previous,
+    };
     let body = encode("audit record", &record)?;
     sqlx::query("insert into audit (operator, sequence, body, hash) values ($1, $2, $3, $4)")
         .bind(chain_column(operator))
-        .bind(i64::try_from(sequence).expect("a chain is shorter than 2^63"))
+        .bind(last + 1)
         .bind(&body)
         .bind(&ContentHash::of(body.as_bytes()).bytes()[..])
         .execute(connection)

@@ -5,10 +5,13 @@
 
 use std::{collections::HashMap, ops::Range};
 
-use domain::{Component, OperatorId, Timestamp, Upload, UploadId};
+use domain::{Act, Action, Component, OperatorId, Timestamp, Upload, UploadId};
+use serde_json::Value;
 
 use super::{
-    Connection, Engine, checkpoints, history, installations, lives, queue,
+    Connection, Engine,
+    audit::Trace,
+    checkpoints, history, installations, lives, queue,
     row::{BindKey, UploadKey},
     uploads,
     write::{Reach, Write},
@@ -20,18 +23,22 @@ impl Engine {
         &self,
         operator: &OperatorId,
         id: &UploadId,
-        now: Timestamp,
+        act: Act,
     ) -> Result<Option<Voiding>, StoreError> {
-        self.write(Void { operator: operator.clone(), id: id.clone(), voided_at: now }).await
+        let trace = Trace { act, action: Action::UploadVoided, subject: id.to_string(), detail: Value::Null };
+        let void = Void { operator: operator.clone(), id: id.clone(), voided_at: act.at };
+        self.act(void, trace, |voiding| *voiding == Some(Voiding::Voided)).await
     }
 
     pub(crate) async fn retry_upload(
         &self,
         operator: &OperatorId,
         id: &UploadId,
-        now: Timestamp,
+        act: Act,
     ) -> Result<Option<Retrial>, StoreError> {
-        self.write(Retry { operator: operator.clone(), id: id.clone(), since: now }).await
+        let trace = Trace { act, action: Action::UploadRetried, subject: id.to_string(), detail: Value::Null };
+        let retry = Retry { operator: operator.clone(), id: id.clone(), since: act.at };
+        self.act(retry, trace, |retrial| matches!(retrial, Some(Retrial::Retried))).await
     }
 }
 

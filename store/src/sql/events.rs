@@ -5,10 +5,13 @@
 //! of that is found anew from all events of the component whenever one is recorded or voided, so that the
 //! order in which they arrive does not matter.
 
-use domain::{Component, EventId, EventKind, Finding, MaintenanceEvent, OperatorId, Timestamp};
+use domain::{Act, Action, Component, EventId, EventKind, Finding, MaintenanceEvent, OperatorId, Timestamp};
+use serde_json::Value;
 
 use super::{
-    Connection, Engine, installations, lives, movements, overhauls, queue,
+    Connection, Engine,
+    audit::Trace,
+    installations, lives, movements, overhauls, queue,
     row::{BindKey, Body, ComponentColumns, checksum, decode, encode, hours_column, parse},
     tails, verify,
     write::{Reach, Write},
@@ -38,9 +41,11 @@ impl Engine {
         &self,
         operator: &OperatorId,
         id: &EventId,
-        now: Timestamp,
+        act: Act,
     ) -> Result<Option<Voiding>, StoreError> {
-        self.write(Void { operator: operator.clone(), id: id.clone(), voided_at: now }).await
+        let trace = Trace { act, action: Action::EventVoided, subject: id.to_string(), detail: Value::Null };
+        let void = Void { operator: operator.clone(), id: id.clone(), voided_at: act.at };
+        self.act(void, trace, |voiding| *voiding == Some(Voiding::Voided)).await
     }
 
     pub(crate) async fn event(&self, operator: &OperatorId, id: &EventId) -> Result<Option<EventRecord>, StoreError> {

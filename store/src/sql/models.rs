@@ -1,9 +1,11 @@
 //! Bundles and masks.
 
-use domain::{BundleSummary, ContentHash, Mask, Timestamp};
+use domain::{Act, Action, BundleSummary, ContentHash, Mask, Timestamp};
+use serde_json::Value;
 
 use super::{
     Connection, Engine,
+    audit::Trace,
     row::{Body, checksum, corrupt, decode, encode, hash},
     verify,
     write::{Reach, Write},
@@ -18,26 +20,28 @@ impl Engine {
         &self,
         summary: &BundleSummary,
         body: &[u8],
-        now: Timestamp,
+        act: Act,
     ) -> Result<(), StoreError> {
         let found = ContentHash::of(body);
         if found != summary.hash {
             return Err(StoreError::WrongHash { named: summary.hash, found });
         }
         let masks = summary.masks.iter().map(|mask| Ok((mask.id(), encode("mask", mask)?)));
-        self.write(Register {
+        let trace = Trace { act, action: Action::ModelAdded, subject: summary.hash.to_string(), detail: Value::Null };
+        let register = Register {
             hash: summary.hash,
             k_nom: summary.k_nom,
             summary: encode("bundle summary", summary)?,
             masks: masks.collect::<Result<_, StoreError>>()?,
             body: body.to_vec(),
-            now,
-        })
-        .await
+            now: act.at,
+        };
+        self.act(register, trace, |new| *new).await.map(|_| ())
     }
 
-    pub(crate) async fn activate_bundle(&self, hash: &ContentHash, now: Timestamp) -> Result<(), StoreError> {
-        self.write(Activate { hash: *hash, now }).await
+    pub(crate) async fn activate_bundle(&self, hash: &ContentHash, act: Act) -> Result<(), StoreError> {
+        let trace = Trace { act, action: Action::ModelActivated, subject: hash.to_string(), detail: Value::Null };
+        self.act(Activate { hash: *hash, now: act.at }, trace, |()| true).await
     }
 
     pub(crate) async fn bundles(&self) -> Result<Vec<BundleRecord>, StoreError> {
@@ -123,15 +127,16 @@ struct Register {
 }
 
 impl Write for Register {
-    type Output = ();
+    /// Whether it was not known before.
+    type Output = bool;
 
     fn reach(&self) -> Reach<'_> {
         Reach::Models
     }
 
-    async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<(), StoreError> {
+    async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<bool, StoreError> {
         let added_at = self.now.micros();
-        sqlx::query(
+        let inserted = sqlx::query(
             "insert into bundles (hash, summary, body, active, added_at, checksum) values ($1, $2, $3, 0, $4, $5)
              on conflict (hash) do nothing",
         )
@@ -155,7 +160,7 @@ impl Write for Register {
             .execute(&mut *connection)
             .await?;
         }
-        Ok(())
+        Ok(inserted.rows_affected() == 1)
     }
 }
 

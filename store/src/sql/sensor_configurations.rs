@@ -8,10 +8,12 @@ use std::{
     sync::Arc,
 };
 
-use domain::{ContentHash, OperatorId, SensorConfiguration, TailNumber, Timestamp, Upload};
+use domain::{Act, Action, ContentHash, OperatorId, SensorConfiguration, TailNumber, Timestamp, Upload};
+use serde_json::json;
 
 use super::{
     Connection, Engine,
+    audit::Trace,
     correct::{self, Span},
     observed,
     row::{Body, checksum, decode, encode, hash, parse, verify},
@@ -29,12 +31,15 @@ impl Engine {
         tail: &TailNumber,
         effective_from: Timestamp,
         configuration: &SensorConfiguration,
-        now: Timestamp,
+        act: Act,
     ) -> Result<Addition, StoreError> {
         let body = encode("sensor configuration", configuration)?;
         let (operator, tail) = (operator.clone(), tail.clone());
-        let add = Add { operator, tail, effective_from, hash: configuration.id(), body, added_at: now };
-        self.write(add).await
+        let add = Add { operator, tail, effective_from, hash: configuration.id(), body, added_at: act.at };
+        let detail = json!({ "effective_from": effective_from, "hash": add.hash });
+        let subject = add.tail.to_string();
+        let trace = Trace { act, action: Action::SensorConfigurationAdded, subject, detail };
+        self.act(add, trace, |addition| *addition == Addition::Added).await
     }
 
     pub(crate) async fn sensor_configurations(

@@ -1,11 +1,11 @@
 //! Tokens. Their secrets are not here: only what tells them.
 
 use domain::{Act, Action, Actor, OperatorId, Scope, SecretHash, Timestamp, TokenId};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{
     Connection, Engine,
-    audit::{self, Entry},
+    audit::Trace,
     row::{self, checksum, corrupt, hash, parse},
     verify,
     write::{Reach, Write},
@@ -16,7 +16,10 @@ const TOKENS: &str = "tokens";
 
 impl Engine {
     pub(crate) async fn create_token(&self, token: &TokenRecord, actor: Actor) -> Result<(), StoreError> {
-        self.write(Create { token: token.clone(), act: actor.at(token.created_at) }).await
+        let detail = json!({ "scope": token.scope, "name": token.name, "expires_at": token.expires_at });
+        let (act, subject) = (actor.at(token.created_at), token.id.to_string());
+        let trace = Trace { act, action: Action::TokenCreated, subject, detail };
+        self.act(Create(token.clone()), trace, |()| true).await
     }
 
     pub(crate) async fn tokens(&self, operator: &OperatorId) -> Result<Vec<TokenRecord>, StoreError> {
@@ -42,7 +45,9 @@ impl Engine {
         id: &TokenId,
         act: Act,
     ) -> Result<Option<Revocation>, StoreError> {
-        self.write(Revoke { operator: operator.clone(), id: *id, act }).await
+        let trace = Trace { act, action: Action::TokenRevoked, subject: id.to_string(), detail: Value::Null };
+        let revoke = Revoke { operator: operator.clone(), id: *id, revoked_at: act.at };
+        self.act(revoke, trace, |revoked| *revoked == Some(Revocation::Revoked)).await
     }
 }
 
@@ -109,20 +114,17 @@ async fn find(connection: &mut Connection, id: &TokenId) -> Result<Option<TokenR
     row.map(TokenRow::record).transpose()
 }
 
-struct Create {
-    token: TokenRecord,
-    act: Act,
-}
+struct Create(TokenRecord);
 
 impl Write for Create {
     type Output = ();
 
     fn reach(&self) -> Reach<'_> {
-        Reach::Operator(&self.token.operator)
+        Reach::Operator(&self.0.operator)
     }
 
     async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<(), StoreError> {
-        let Self { token, act } = self;
+        let Self(token) = self;
         sqlx::query(
             "insert into tokens
              (token_id, operator, scope, tail, name, secret_hash, created_at, expires_at, revoked_at, checksum)
@@ -140,16 +142,14 @@ impl Write for Create {
         .bind(checksum(&name(token), &[]))
         .execute(&mut *connection)
         .await?;
-        let detail = json!({ "scope": token.scope, "name": token.name, "expires_at": token.expires_at });
-        let (operator, subject) = (Some(&token.operator), token.id.to_string());
-        audit::append(connection, Entry { operator, act: *act, action: Action::TokenCreated, subject, detail }).await
+        Ok(())
     }
 }
 
 struct Revoke {
     operator: OperatorId,
     id: TokenId,
-    act: Act,
+    revoked_at: Timestamp,
 }
 
 impl Write for Revoke {
@@ -160,7 +160,7 @@ impl Write for Revoke {
     }
 
     async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<Option<Revocation>, StoreError> {
-        let Self { operator, id, act } = self;
+        let Self { operator, id, revoked_at } = self;
         let token = match find(connection, id).await? {
             Some(token) if token.operator == *operator => token,
             _ => return Ok(None),
@@ -168,16 +168,13 @@ impl Write for Revoke {
         if token.revoked_at.is_some() {
             return Ok(Some(Revocation::AlreadyRevoked));
         }
-        let revoked = TokenRecord { revoked_at: Some(act.at), ..token };
+        let revoked = TokenRecord { revoked_at: Some(*revoked_at), ..token };
         sqlx::query("update tokens set revoked_at = $2, checksum = $3 where token_id = $1")
             .bind(id.to_string())
-            .bind(act.at.micros())
+            .bind(revoked_at.micros())
             .bind(checksum(&name(&revoked), &[]))
             .execute(&mut *connection)
             .await?;
-        let detail = json!({ "scope": revoked.scope, "name": revoked.name });
-        let (operator, subject) = (Some(operator), id.to_string());
-        audit::append(connection, Entry { operator, act: *act, action: Action::TokenRevoked, subject, detail }).await?;
         Ok(Some(Revocation::Revoked))
     }
 }

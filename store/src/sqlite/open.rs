@@ -5,6 +5,7 @@ use std::{
     io::{self, Read, Write},
     path::{Path, PathBuf},
     sync::Arc,
+    time::Duration,
 };
 
 use sqlx::{
@@ -18,6 +19,8 @@ use crate::{Clock, Options, StoreError, schema::SCHEMA};
 
 /// Marks a database as ours: "ACTU".
 const APPLICATION_ID: i64 = 0x4143_5455;
+/// How long an administrative act waits for the owner's transaction.
+const PATIENCE: Duration = Duration::from_secs(20);
 const MAGIC: &[u8] = b"SQLite format 3\0";
 
 impl Engine {
@@ -36,22 +39,23 @@ impl Engine {
             .await?;
         let readers = readers(&path, options.read_connections).await?;
         let clock = options.clock.unwrap_or_else(Clock::system);
-        let writer = Writer::start(Owned { connection, lock }, options.queue_capacity, clock.clone());
+        let writer = Writer::start(Owned { connection, lock: Some(lock) }, options.queue_capacity, clock.clone());
         Ok(Self { readers, writer, clock })
     }
 
     pub(crate) async fn open_read_only(url: &str) -> Result<Self, StoreError> {
-        let path = path_of(url)?;
-        if !has_content(&path)? {
-            let error = io::Error::new(io::ErrorKind::NotFound, "there is no database");
-            return Err(io_error(&path)(error));
-        }
-        let readers = readers(&path, Options::default().read_connections).await?;
-        let version = check_origin(&mut *readers.acquire().await?, &path).await?.unwrap_or(0);
-        if version < SCHEMA {
-            return Err(StoreError::OlderSchema { version, own: SCHEMA });
-        }
+        let readers = current(&path_of(url)?, Options::default().read_connections).await?;
         Ok(Self { readers, writer: Writer::none(), clock: Clock::system() })
+    }
+
+    pub(crate) async fn open_beside(url: &str) -> Result<Self, StoreError> {
+        let (path, clock) = (path_of(url)?, Clock::system());
+        let readers = current(&path, 1).await?;
+        let patient = writing(&path).create_if_missing(false).optimize_on_close(false, None).busy_timeout(PATIENCE);
+        let mut connection = SqliteConnection::connect_with(&patient).await?;
+        check_durability(&mut connection).await?;
+        let writer = Writer::start(Owned { connection, lock: None }, 1, clock.clone());
+        Ok(Self { readers, writer, clock })
     }
 
     pub(crate) async fn close(&self) {
@@ -73,6 +77,17 @@ impl Engine {
         sqlx::query("select version from schema_info").fetch_one(&self.readers).await?;
         Ok(())
     }
+}
+
+/// Connections that read an existing database of this build's schema.
+async fn current(path: &Path, connections: u32) -> Result<SqlitePool, StoreError> {
+    if !has_content(path)? {
+        let error = io::Error::new(io::ErrorKind::NotFound, "there is no database");
+        return Err(io_error(path)(error));
+    }
+    let readers = readers(path, connections).await?;
+    let version = check_origin(&mut *readers.acquire().await?, path).await?.unwrap_or(0);
+    if version < SCHEMA { Err(StoreError::OlderSchema { version, own: SCHEMA }) } else { Ok(readers) }
 }
 
 fn path_of(url: &str) -> Result<PathBuf, StoreError> {

@@ -48,7 +48,8 @@ struct Running {
 /// What the writer owns: the connection first, so that the file is closed before it is unlocked.
 pub(super) struct Owned {
     pub(super) connection: SqliteConnection,
-    pub(super) lock: File,
+    /// `None` beside an owner.
+    pub(super) lock: Option<File>,
 }
 
 impl Writer {
@@ -192,14 +193,15 @@ impl Task {
     }
 }
 
-/// Whether an error is the disk's rather than that of one write: a read-only or full disk, a
-/// failing device, a file that is gone.
+/// Whether an error is not that of one write: another process that holds the database for too long, a
+/// read-only or full disk, a failing device, a file that is gone.
 fn concerns_all(error: &StoreError) -> bool {
+    const BUSY: i64 = 5;
     const READONLY: i64 = 8;
     const IOERR: i64 = 10;
     const FULL: i64 = 13;
     const CANTOPEN: i64 = 14;
     let StoreError::Database(error) = error else { return false };
     let code = error.as_database_error().and_then(|error| error.code()?.parse::<i64>().ok());
-    code.is_some_and(|code| [READONLY, IOERR, FULL, CANTOPEN].contains(&(code & 0xff)))
+    code.is_some_and(|code| [BUSY, READONLY, IOERR, FULL, CANTOPEN].contains(&(code & 0xff)))
 }

@@ -1,7 +1,7 @@
 use domain::{ContentHash, State};
 use store::{Checkpoint, LifeResults, Store};
 
-use crate::fixture::{Database, component, day, later_upload, lease, life_inputs, operator, results};
+use crate::fixture::{Database, by_hand, component, day, later_upload, lease, life_inputs, operator, results};
 
 fn checkpoint(state: &State) -> Checkpoint {
     let body = [state.digest.bytes().as_slice(), &state.block.to_le_bytes()].concat();
@@ -80,7 +80,7 @@ async fn checkpoints_go_with_the_last_upload() {
     let store = database.ready().await;
     let states = process(&store, &every(500.0, 3), |_| true).await.states;
     for hours in every(500.0, 3) {
-        store.void_upload(&operator(), &format!("u{hours}").parse().unwrap(), day(1.0)).await.unwrap();
+        store.void_upload(&operator(), &format!("u{hours}").parse().unwrap(), by_hand(1.0)).await.unwrap();
     }
     assert_eq!(kept(&store, &states).await, [0; 0]);
 }

@@ -7,8 +7,8 @@ use store::{Completion, Receipt, Retrial, Store, UploadState, UploadStateKind, V
 use crate::{
     conformance::installations::{as_stored, by_definition, sighted},
     fixture::{
-        Database, component, day, drain, later_upload, lease, life_inputs, operator, results, serve, set_aside, tail,
-        upload,
+        Database, by_hand, component, day, drain, later_upload, lease, life_inputs, operator, results, serve,
+        set_aside, tail, upload,
     },
 };
 
@@ -17,7 +17,7 @@ async fn accept(store: &Store, upload: &Upload) {
 }
 
 async fn void(store: &Store, id: &str) -> Option<Voiding> {
-    store.void_upload(&operator(), &id.parse().unwrap(), day(9.0)).await.unwrap()
+    store.void_upload(&operator(), &id.parse().unwrap(), by_hand(9.0)).await.unwrap()
 }
 
 async fn state(store: &Store, id: &str) -> UploadState {
@@ -121,7 +121,7 @@ async fn results_computed_from_an_upload_that_was_voided_meanwhile_are_refused()
 async fn what_is_set_aside_waits_again_once_it_is_retried() {
     let database = Database::new();
     let store = database.ready().await;
-    let retry = async |id: &str| store.retry_upload(&operator(), &id.parse().unwrap(), day(5.0)).await.unwrap();
+    let retry = async |id: &str| store.retry_upload(&operator(), &id.parse().unwrap(), by_hand(5.0)).await.unwrap();
     accept(&store, &upload("u1", "0001")).await;
     assert_eq!(retry("u1").await, Some(Retrial::NotSetAside { state: UploadState::Pending }));
     let lease = lease(&store).await;
@@ -218,7 +218,7 @@ fn installations_are_those_of_the_uploads_that_are_not_voided() {
                     store.accept(&operator, upload.clone(), day(0.0)).await.unwrap();
                 }
                 for (upload, _) in uploads.iter().zip(&due).filter(|(_, due)| **due == step) {
-                    store.void_upload(&operator, &upload.upload_id, day(0.0)).await.unwrap();
+                    store.void_upload(&operator, &upload.upload_id, by_hand(0.0)).await.unwrap();
                 }
             }
             let kept = uploads.iter().zip(&due).filter(|(_, due)| **due == usize::MAX);

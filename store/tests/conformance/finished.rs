@@ -5,8 +5,8 @@ use proptest::{prelude::*, test_runner::TestRunner};
 use store::{IssuedLife, Store};
 
 use crate::fixture::{
-    Database, bundle, bundle_body, component, day, drain, fail, later_upload, lease, life_inputs, operator, results,
-    set_aside, upload,
+    Database, bundle, bundle_body, by_hand, component, day, drain, fail, later_upload, lease, life_inputs, operator,
+    results, set_aside, upload,
 };
 
 fn life(operator: &OperatorId, serial: &str) -> Life {
@@ -78,7 +78,7 @@ async fn what_was_issued_stays_whatever_arrives_or_is_voided_later() {
     let first = issue(&store, &operator(), "u1", 130.0, true).await;
     fail(&store, &operator(), "0001", 300.0).await;
     issue(&store, &operator(), "late", 110.0, true).await;
-    store.void_upload(&operator(), &"u1".parse().unwrap(), day(1.0)).await.unwrap();
+    store.void_upload(&operator(), &"u1".parse().unwrap(), by_hand(1.0)).await.unwrap();
     drain(&store).await;
     let lives = store.issued_on_finished_lives(&operator(), 100.0, 1).await.unwrap();
     assert_eq!(lives[0].prognoses, [first]);
@@ -100,7 +100,7 @@ async fn the_newest_failures_come_first_and_a_voided_one_not_at_all() {
     };
     assert_eq!(finished(10).await, ["b", "c", "a"]);
     assert_eq!(finished(2).await, ["b", "c"]);
-    store.void_event(&operator(), &"end-of-c".parse().unwrap(), day(9.0)).await.unwrap();
+    store.void_event(&operator(), &"end-of-c".parse().unwrap(), by_hand(9.0)).await.unwrap();
     assert_eq!(finished(10).await, ["b", "a"]);
     let elsewhere = "elsewhere".parse().unwrap();
     assert_eq!(store.issued_on_finished_lives(&elsewhere, 200.0, 10).await.unwrap(), []);
@@ -117,10 +117,10 @@ async fn finished_lives_hold_what_counts_up_to_the_failure() {
             store.accept(&operator(), later_upload(&format!("{serial}{i}"), serial, hours), day(0.0)).await.unwrap();
         }
     }
-    store.register_bundle(&bundle("two"), &bundle_body("two"), day(1.0)).await.unwrap();
-    store.activate_bundle(&bundle("two").hash, day(1.0)).await.unwrap();
+    store.register_bundle(&bundle("two"), &bundle_body("two"), by_hand(1.0)).await.unwrap();
+    store.activate_bundle(&bundle("two").hash, by_hand(1.0)).await.unwrap();
     store.accept(&operator(), upload("c0", "c"), day(1.0)).await.unwrap();
-    store.void_upload(&operator(), &"a1".parse().unwrap(), day(2.0)).await.unwrap();
+    store.void_upload(&operator(), &"a1".parse().unwrap(), by_hand(2.0)).await.unwrap();
     while let Some(lease) = store.lease(crate::fixture::LEASE).await.unwrap() {
         let mut results = results(&life_inputs(&store, &lease).await);
         if lease.component == component("a") {

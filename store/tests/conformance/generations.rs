@@ -2,13 +2,13 @@ use domain::{ContentHash, OperatorId, SetAsideReason};
 use store::{Completion, GenerationState, LifeRecord, ModelUse, Store, UploadState};
 
 use crate::fixture::{
-    Database, LEASE, bundle, bundle_body, component, day, drain, fail, later_upload, lease, life_inputs, operator,
-    prior, results, set_aside, tail, upload,
+    Database, LEASE, bundle, bundle_body, by_hand, component, day, drain, fail, later_upload, lease, life_inputs,
+    operator, prior, results, set_aside, tail, upload,
 };
 
 async fn activate(store: &Store, name: &str) {
-    store.register_bundle(&bundle(name), &bundle_body(name), day(1.0)).await.unwrap();
-    store.activate_bundle(&bundle(name).hash, day(1.0)).await.unwrap();
+    store.register_bundle(&bundle(name), &bundle_body(name), by_hand(1.0)).await.unwrap();
+    store.activate_bundle(&bundle(name).hash, by_hand(1.0)).await.unwrap();
 }
 
 /// A processed life of four uploads under bundle `one`, while `two` is active.

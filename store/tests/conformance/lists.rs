@@ -2,8 +2,8 @@ use domain::{OperatorId, SetAsideReason, Upload, UploadId};
 use store::{Installation, InstallationSource, InstalledTail, LifeCursor, Store, UploadStateKind};
 
 use crate::fixture::{
-    Database, INCREDIBLE_FH, bundle, component, day, drain, estimate, later_upload, lease, life_inputs, operator,
-    results, set_aside, tail, upload,
+    Database, INCREDIBLE_FH, bundle, by_hand, component, day, drain, estimate, later_upload, lease, life_inputs,
+    operator, results, set_aside, tail, upload,
 };
 
 /// All of a state, in pages of a size.
@@ -46,7 +46,7 @@ async fn with_every_state(store: &Store) {
         store.complete(&lease, vec![results]).await.unwrap();
         for i in 0..3 {
             let voided = name("voided", serial, i).parse().unwrap();
-            store.void_upload(&operator(), &voided, day(0.0)).await.unwrap();
+            store.void_upload(&operator(), &voided, by_hand(0.0)).await.unwrap();
         }
         drain(store).await;
     }

@@ -4,7 +4,7 @@ use domain::{Component, EventId, Finding, MaintenanceEvent, OperatorId, Upload};
 use proptest::{prelude::*, test_runner::TestRunner};
 use store::{EventReceipt, EventRecord, Store, StoreError, Voiding};
 
-use crate::fixture::{Database, component, day, drain, finding, operator, tail, upload};
+use crate::fixture::{Database, by_hand, component, day, drain, finding, operator, tail, upload};
 
 async fn enrol(store: &Store, operator: &OperatorId, serial: &str) {
     store.accept(operator, upload(&format!("first-of-{serial}"), serial), day(0.0)).await.unwrap();
@@ -15,7 +15,7 @@ async fn record(store: &Store, event: &MaintenanceEvent) -> EventReceipt {
 }
 
 async fn void(store: &Store, id: &str) -> Option<Voiding> {
-    store.void_event(&operator(), &id.parse().unwrap(), day(2.0)).await.unwrap()
+    store.void_event(&operator(), &id.parse().unwrap(), by_hand(2.0)).await.unwrap()
 }
 
 /// At how many hours the component 0001 was found failed: as a component, and as installed.
@@ -75,7 +75,7 @@ async fn an_event_enrols_an_unknown_component() {
     assert!(store.knows_place(&operator(), &place.tail, &place.position).await.unwrap());
     assert_eq!(store.component(&component("0001")).await.unwrap().unwrap().enrolled_at, day(1.0));
     assert_eq!(found_failed(&store).await, Some(200.0));
-    assert_eq!(store.void_event(&elsewhere, &event.event_id, day(2.0)).await.unwrap(), None);
+    assert_eq!(store.void_event(&elsewhere, &event.event_id, by_hand(2.0)).await.unwrap(), None);
 }
 
 #[tokio::test]
@@ -161,7 +161,7 @@ fn what_events_lead_to_does_not_depend_on_the_order_in_which_they_arrive() {
                 }
                 let due = |(i, delay): (usize, &usize)| (i + delay == step && events[i].1).then(|| &events[i].0);
                 for event in delays.iter().enumerate().filter_map(due) {
-                    store.void_event(&operator, &event.event_id, day(2.0)).await.unwrap();
+                    store.void_event(&operator, &event.event_id, by_hand(2.0)).await.unwrap();
                 }
             }
             let unit = Component { operator: operator.clone(), ..component("0001") };

@@ -1,5 +1,6 @@
 //! What every database behind the store must do. Only the fixture's `Database` knows which it is.
 
+mod audit;
 mod checkpoints;
 mod correct;
 mod finished;

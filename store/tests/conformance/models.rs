@@ -1,8 +1,8 @@
-use domain::ContentHash;
+use domain::{Actor, ContentHash};
 use store::StoreError;
 
 use crate::fixture::{
-    Database, bundle, bundle_body, component, day, drain, lease, life_inputs, mask, operator, upload,
+    Database, bundle, bundle_body, by_hand, component, day, drain, lease, life_inputs, mask, operator, upload,
 };
 
 #[tokio::test]
@@ -10,7 +10,7 @@ async fn a_registered_bundle_reads_back_and_registering_it_again_changes_nothing
     let database = Database::new();
     let store = database.open().await;
     for time in [day(0.0), day(1.0)] {
-        store.register_bundle(&bundle("one"), &bundle_body("one"), time).await.unwrap();
+        store.register_bundle(&bundle("one"), &bundle_body("one"), Actor::Cli.at(time)).await.unwrap();
     }
     let records = store.bundles().await.unwrap();
     assert_eq!(records.len(), 1);
@@ -24,7 +24,7 @@ async fn a_mask_stays_published_by_the_bundle_that_came_first() {
     let database = Database::new();
     let store = database.open().await;
     for name in ["one", "two"] {
-        store.register_bundle(&bundle(name), &bundle_body(name), day(0.0)).await.unwrap();
+        store.register_bundle(&bundle(name), &bundle_body(name), by_hand(0.0)).await.unwrap();
     }
     let published = store.mask(&mask().id()).await.unwrap().unwrap();
     assert_eq!((published.mask, published.model, published.k_nom), (mask(), bundle("one").hash, 0.0752));
@@ -35,7 +35,7 @@ async fn a_mask_stays_published_by_the_bundle_that_came_first() {
 async fn bytes_that_are_not_the_bundle_named_are_refused() {
     let database = Database::new();
     let store = database.open().await;
-    let refused = store.register_bundle(&bundle("one"), b"other", day(0.0)).await;
+    let refused = store.register_bundle(&bundle("one"), b"other", by_hand(0.0)).await;
     assert!(matches!(refused, Err(StoreError::WrongHash { .. })), "{refused:?}");
     assert_eq!(store.bundles().await.unwrap(), []);
 }
@@ -44,9 +44,9 @@ async fn bytes_that_are_not_the_bundle_named_are_refused() {
 async fn one_bundle_is_active_and_an_unknown_one_cannot_be() {
     let database = Database::new();
     let store = database.ready().await;
-    store.register_bundle(&bundle("two"), &bundle_body("two"), day(1.0)).await.unwrap();
-    store.activate_bundle(&bundle("two").hash, day(1.0)).await.unwrap();
-    let unknown = store.activate_bundle(&ContentHash::of(b"other"), day(1.0)).await;
+    store.register_bundle(&bundle("two"), &bundle_body("two"), by_hand(1.0)).await.unwrap();
+    store.activate_bundle(&bundle("two").hash, by_hand(1.0)).await.unwrap();
+    let unknown = store.activate_bundle(&ContentHash::of(b"other"), by_hand(1.0)).await;
     assert!(matches!(unknown, Err(StoreError::UnknownBundle(_))), "{unknown:?}");
     let active: Vec<_> = store.bundles().await.unwrap().iter().map(|record| record.active).collect();
     assert_eq!(active, [false, true]);
@@ -58,8 +58,8 @@ async fn a_life_is_judged_by_the_bundle_that_was_active_at_its_first_upload() {
     let store = database.ready().await;
     store.accept(&operator(), upload("u1", "old"), day(0.0)).await.unwrap();
     drain(&store).await;
-    store.register_bundle(&bundle("two"), &bundle_body("two"), day(1.0)).await.unwrap();
-    store.activate_bundle(&bundle("two").hash, day(1.0)).await.unwrap();
+    store.register_bundle(&bundle("two"), &bundle_body("two"), by_hand(1.0)).await.unwrap();
+    store.activate_bundle(&bundle("two").hash, by_hand(1.0)).await.unwrap();
     for (id, serial, judge) in [("u2", "old", "one"), ("u3", "new", "two")] {
         store.accept(&operator(), upload(id, serial), day(1.0)).await.unwrap();
         let lease = lease(&store).await;

@@ -4,7 +4,7 @@ use domain::{OperatorId, TailNumber, Timestamp, Upload};
 use proptest::{prelude::*, test_runner::TestRunner};
 use store::{Receipt, Store};
 
-use crate::fixture::{Database, INCREDIBLE_FH, LEASE, configuration, day, drain, serve, tail, upload};
+use crate::fixture::{Database, INCREDIBLE_FH, LEASE, by_hand, configuration, day, drain, serve, tail, upload};
 
 /// What reaches the store.
 #[derive(Debug, Clone)]
@@ -78,13 +78,13 @@ async fn play(store: &Store, operator: &OperatorId, way: &[(Act, Worker)]) {
             }
             // Only what is there can be voided: what is not, is voided in the end.
             Act::Void(upload) => {
-                if store.void_upload(operator, &upload.upload_id, day(0.0)).await.unwrap().is_none() {
+                if store.void_upload(operator, &upload.upload_id, by_hand(0.0)).await.unwrap().is_none() {
                     early.push(upload.upload_id.clone());
                 }
             }
             Act::Configure { tail, from, gain_noise } => {
                 let configuration = configuration(*gain_noise);
-                store.add_sensor_configuration(operator, tail, *from, &configuration, day(0.0)).await.unwrap();
+                store.add_sensor_configuration(operator, tail, *from, &configuration, by_hand(0.0)).await.unwrap();
             }
         }
         match worker {
@@ -98,7 +98,7 @@ async fn play(store: &Store, operator: &OperatorId, way: &[(Act, Worker)]) {
         }
     }
     for id in early {
-        store.void_upload(operator, &id, day(0.0)).await.unwrap();
+        store.void_upload(operator, &id, by_hand(0.0)).await.unwrap();
     }
 }
 

@@ -1,15 +1,15 @@
 use domain::{Component, ContentHash, OperatorId, PartNumber, Upload};
 use store::{Lesson, PriorRecord, Store, StoreError};
 
-use crate::fixture::{Database, bundle, bundle_body, component, day, fail, operator, prior, upload};
+use crate::fixture::{Database, bundle, bundle_body, by_hand, component, day, fail, operator, prior, upload};
 
 async fn learn(store: &Store, operator: &OperatorId, name: &str, lives: u32, learned_on: f64) {
     store.add_prior(operator, &prior(name, lives, learned_on), name.as_bytes()).await.unwrap();
 }
 
 async fn activate(store: &Store, name: &str) {
-    store.register_bundle(&bundle(name), &bundle_body(name), day(1.0)).await.unwrap();
-    store.activate_bundle(&bundle(name).hash, day(1.0)).await.unwrap();
+    store.register_bundle(&bundle(name), &bundle_body(name), by_hand(1.0)).await.unwrap();
+    store.activate_bundle(&bundle(name).hash, by_hand(1.0)).await.unwrap();
 }
 
 /// Begins a life; the bundle and the prior to which it is pinned.
@@ -112,7 +112,7 @@ async fn a_lesson_waits_for_ten_lives_and_then_for_a_quarter_more() {
     assert!(counts().await.is_empty(), "what teaches nothing new is not learned for ever");
     end_lives(&store, &operator(), 13..17).await;
     assert_eq!(counts().await, [17]);
-    store.void_event(&operator(), &"end-of-000".parse().unwrap(), day(2.0)).await.unwrap();
+    store.void_event(&operator(), &"end-of-000".parse().unwrap(), by_hand(2.0)).await.unwrap();
     assert!(counts().await.is_empty(), "a life that goes on teaches nothing");
 }
 

@@ -1,7 +1,9 @@
 use domain::{Finding, Stream, Upload};
 use store::{ComponentRecord, Store};
 
-use crate::fixture::{Database, component, configuration, day, drain, finding, later_upload, operator, tail, upload};
+use crate::fixture::{
+    Database, by_hand, component, configuration, day, drain, finding, later_upload, operator, tail, upload,
+};
 
 const SERIALS: [&str; 3] = ["0001", "0002", "0003"];
 
@@ -31,9 +33,9 @@ async fn fleet(database: &Database) -> Store {
             drain(&store).await;
         }
     }
-    store.void_upload(&operator(), &"0001.14".parse().unwrap(), day(40.0)).await.unwrap();
+    store.void_upload(&operator(), &"0001.14".parse().unwrap(), by_hand(40.0)).await.unwrap();
     store
-        .add_sensor_configuration(&operator(), &tail("EC-MXB"), day(9.0), &configuration(0.5), day(40.0))
+        .add_sensor_configuration(&operator(), &tail("EC-MXB"), day(9.0), &configuration(0.5), by_hand(40.0))
         .await
         .unwrap();
     store.record_event(&operator(), &finding("end", "0003", Finding::Failed, 500.0), day(40.0)).await.unwrap();

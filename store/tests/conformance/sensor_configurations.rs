@@ -2,13 +2,14 @@ use domain::Upload;
 use store::{Addition, Completion, Store, StoreError, UploadState};
 
 use crate::fixture::{
-    Database, component, configuration, day, drain, later_upload, lease, life_inputs, operator, results, tail, upload,
+    Database, by_hand, component, configuration, day, drain, later_upload, lease, life_inputs, operator, results, tail,
+    upload,
 };
 
 async fn add(store: &Store, tail_name: &str, from: f64, gain_noise: f64) -> Addition {
     let configuration = configuration(gain_noise);
     let tail = tail(tail_name);
-    store.add_sensor_configuration(&operator(), &tail, day(from), &configuration, day(50.0)).await.unwrap()
+    store.add_sensor_configuration(&operator(), &tail, day(from), &configuration, by_hand(50.0)).await.unwrap()
 }
 
 /// Gain noise of the configuration by which each upload of 0001 was estimated, in the order of the life.
@@ -38,7 +39,7 @@ async fn configurations_are_listed_by_the_time_from_which_they_are_in_force() {
     let others = store.sensor_configurations(&"other".parse().unwrap(), &tail("EC-MXA")).await.unwrap();
     assert_eq!(others, []);
     let refused = store
-        .add_sensor_configuration(&operator(), &tail("EC-MXA"), day(7.0), &configuration(f64::NAN), day(50.0))
+        .add_sensor_configuration(&operator(), &tail("EC-MXA"), day(7.0), &configuration(f64::NAN), by_hand(50.0))
         .await;
     assert!(matches!(refused, Err(StoreError::Unrepresentable { .. })), "{refused:?}");
 }
@@ -76,7 +77,7 @@ async fn what_is_voided_stays_so_and_what_is_set_aside_is_tried_again() {
     for id in ["kept", "voided", "aside"] {
         store.accept(&operator(), upload(id, "0001"), day(0.0)).await.unwrap();
     }
-    store.void_upload(&operator(), &"voided".parse().unwrap(), day(0.0)).await.unwrap();
+    store.void_upload(&operator(), &"voided".parse().unwrap(), by_hand(0.0)).await.unwrap();
     let lease = lease(&store).await;
     let mut results = results(&life_inputs(&store, &lease).await);
     results.estimates.retain(|estimate| estimate.upload_id.as_str() != "aside");

@@ -30,7 +30,7 @@ async fn a_token_reads_back_by_its_id_and_in_the_list_of_its_operator() {
     assert!(store.has_tokens().await.unwrap());
     own.sort_by_key(|token| token.created_at);
     assert_eq!(store.tokens(&operator()).await.unwrap(), own);
-    assert_eq!(store.tokens(&elsewhere()).await.unwrap(), [foreign.clone()]);
+    assert_eq!(store.tokens(&elsewhere()).await.unwrap(), std::slice::from_ref(&foreign));
     for token in own.iter().chain([&foreign]) {
         assert_eq!(store.token(&token.id).await.unwrap().as_ref(), Some(token));
     }

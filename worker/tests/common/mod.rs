@@ -2,7 +2,7 @@
 
 use std::{num::NonZeroUsize, sync::Arc, time::Duration};
 
-use domain::{Mask, Timestamp, Upload};
+use domain::{Actor, Mask, Timestamp, Upload};
 use pipeline::Model;
 use store::{Options, Store};
 use tokio_util::sync::CancellationToken;
@@ -24,8 +24,8 @@ pub async fn store(folder: &tempfile::TempDir) -> (Store, Model) {
     let url = format!("sqlite:{}", folder.path().join("worker.sqlite").display());
     let store = Store::open(&url, Options::default()).await.unwrap();
     let model = Model::from_bytes(BUNDLE).unwrap();
-    store.register_bundle(&model.summary(), BUNDLE, start()).await.unwrap();
-    store.activate_bundle(&model.summary().hash, now()).await.unwrap();
+    store.register_bundle(&model.summary(), BUNDLE, Actor::Cli.at(start())).await.unwrap();
+    store.activate_bundle(&model.summary().hash, Actor::Cli.at(now())).await.unwrap();
     (store, model)
 }
 
