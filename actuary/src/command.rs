@@ -1,12 +1,18 @@
 //! The subcommands.
 
+mod postgres;
+
 pub mod backtest;
+pub mod backup;
 pub mod demo;
 pub mod diagnose;
 pub mod due;
 pub mod healthcheck;
 pub mod loads;
 pub mod migrate;
+pub mod model;
+pub mod rebuild;
+pub mod restore;
 pub mod serve;
 pub mod simulate;
 pub mod token;

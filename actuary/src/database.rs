@@ -4,6 +4,7 @@ use std::{fmt, fs, io::ErrorKind, path::PathBuf};
 
 use anyhow::Result;
 use clap::Args;
+use percent_encoding::percent_decode_str;
 use reqwest::Url;
 use store::{Options, Store, StoreError};
 
@@ -70,6 +71,20 @@ impl Database {
             self.migrate().await?;
         }
         self.open_beside().await
+    }
+
+    /// Where it is, if it is an SQLite file.
+    pub fn sqlite_file(&self) -> Option<PathBuf> {
+        let path = self.database_url.strip_prefix("sqlite:")?;
+        Some(path.strip_prefix("//").unwrap_or(path).into())
+    }
+
+    /// How a program of Postgres logs in: a URL without the password, and the password.
+    pub fn login(&self) -> Result<(String, Option<String>), Failure> {
+        let url: Url = self.url()?.parse().map_err(|error| Failure::BadInput(format!("--database-url: {error}")))?;
+        let in_query = url.query_pairs().find(|(key, _)| key == "password").map(|(_, password)| password.into_owned());
+        let decoded = |text: &str| percent_decode_str(text).decode_utf8_lossy().into_owned();
+        Ok((self.to_string(), in_query.or_else(|| url.password().map(decoded))))
     }
 
     /// The URL, with the password of the file.
@@ -145,6 +160,20 @@ mod tests {
             }
         }
         assert_eq!(at("sqlite:data/fleet.sqlite").to_string(), "sqlite:data/fleet.sqlite");
+    }
+
+    #[test]
+    fn a_program_of_postgres_gets_the_password_apart_from_the_url() {
+        for (url, shown) in [
+            ("postgres://owner:se%26s%2Fa@db/fleet?sslmode=require", "postgres://owner@db/fleet?sslmode=require"),
+            (
+                "postgres:///fleet?host=/run/postgres&user=owner&password=se%26s/a",
+                "postgres:///fleet?host=%2Frun%2Fpostgres&user=owner",
+            ),
+        ] {
+            assert_eq!(at(url).login().unwrap(), (shown.to_owned(), Some("se&s/a".to_owned())));
+        }
+        assert_eq!(at("postgres://owner@db/fleet").login().unwrap().1, None);
     }
 
     #[test]

@@ -22,7 +22,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::command::{
-    backtest, demo, diagnose, due, healthcheck, loads, migrate, serve, simulate, token, train, verify, worker,
+    backtest, backup, demo, diagnose, due, healthcheck, loads, migrate, model, rebuild, restore, serve, simulate,
+    token, train, verify, worker,
 };
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
@@ -36,6 +37,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Backtest(backtest::Arguments),
+    Backup(backup::Arguments),
     Demo(demo::Arguments),
     Serve(serve::Arguments),
     Train(train::Arguments),
@@ -44,6 +46,9 @@ enum Command {
     Healthcheck(healthcheck::Arguments),
     Loads(loads::Arguments),
     Migrate(migrate::Arguments),
+    Model(model::Arguments),
+    Rebuild(rebuild::Arguments),
+    Restore(restore::Arguments),
     Simulate(simulate::Arguments),
     Token(token::Arguments),
     Verify(verify::Arguments),
@@ -59,6 +64,7 @@ fn main() -> ExitCode {
     };
     let outcome = match cli.command {
         Command::Backtest(arguments) => backtest::run(arguments),
+        Command::Backup(arguments) => backup::run(&arguments),
         Command::Demo(arguments) => demo::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Train(arguments) => train::run(arguments),
@@ -67,6 +73,9 @@ fn main() -> ExitCode {
         Command::Healthcheck(arguments) => healthcheck::run(&arguments),
         Command::Loads(arguments) => loads::run(&arguments),
         Command::Migrate(arguments) => migrate::run(&arguments),
+        Command::Model(arguments) => model::run(&arguments),
+        Command::Rebuild(arguments) => rebuild::run(&arguments),
+        Command::Restore(arguments) => restore::run(&arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Token(arguments) => token::run(arguments),
         Command::Verify(arguments) => verify::run(&arguments),

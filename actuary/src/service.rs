@@ -66,6 +66,13 @@ impl Default for Work {
     }
 }
 
+impl Work {
+    /// As the worker takes it.
+    pub fn settings(self, clock: Clock) -> worker::Settings {
+        worker::Settings { concurrency: self.lanes, lease: self.lease, idle: IDLE, drain: DRAIN, clock }
+    }
+}
+
 /// A running process.
 pub struct Service {
     /// Its database.
@@ -124,9 +131,8 @@ impl Service {
             let probed = server::Probed { store: store.clone(), clock: clock.clone(), metrics: metrics.clone() };
             parts.spawn(server::serve_probes(listener, probed, shutdown.clone().cancelled_owned()));
         }
-        if let Some(Work { lanes, lease }) = settings.work {
-            let settings = worker::Settings { concurrency: lanes, lease, idle: IDLE, drain: DRAIN, clock };
-            parts.spawn(worker::run(store, settings, shutdown.clone()));
+        if let Some(work) = settings.work {
+            parts.spawn(worker::run(store, work.settings(clock), shutdown.clone()));
         }
         Ok(service)
     }
