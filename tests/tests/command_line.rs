@@ -32,6 +32,36 @@ fn bad_input_exits_with_2_and_says_what_is_wrong() {
 }
 
 #[test]
+fn a_service_for_others_needs_a_token_and_tls() {
+    let folder = tempfile::tempdir().unwrap();
+    let database = format!("sqlite:{}", folder.path().join("fleet.sqlite").display());
+    let serve = |further: &[&str], words: &str| {
+        refused(&[&["serve", "--database-url", &database, "--port", "0"], further].concat(), 2, words);
+    };
+    serve(&["--listen", "0.0.0.0"], "--tls-cert");
+    serve(&["--listen", "0.0.0.0", "--plaintext"], "actuary token create");
+    serve(&["--listen", "somewhere"], "IP address");
+    serve(&["--tls-cert", "absent.pem"], "--tls-key");
+    serve(&["--tls-cert", "absent.pem", "--tls-key", "absent.key"], "absent.pem");
+    serve(&["--client-ca", "absent.pem"], "--tls-cert");
+    serve(&["--plaintext", "--tls-cert", "a.pem", "--tls-key", "a.key"], "--plaintext");
+}
+
+#[test]
+fn a_token_on_a_command_line_is_not_repeated() {
+    for token in ["5ec2e75ec2e7", "0123456789abcdef.5ec2e75ec2e7", "Bearer 5ec2e75ec2e7"] {
+        for command in
+            [&["due", "--token", token][..], &["simulate", "fleet", "--url", "http://127.0.0.1:9", "--token", token]]
+        {
+            let output = tests::run(command);
+            assert_eq!(output.status.code(), Some(2), "{command:?}");
+            let said = String::from_utf8(output.stderr).unwrap();
+            assert!(said.contains("--token") && !said.contains("5ec2e7"), "{said}");
+        }
+    }
+}
+
+#[test]
 fn an_absent_service_exits_with_3() {
     refused(&["simulate", "fleet", "--url", "http://127.0.0.1:9"], 3, "http://127.0.0.1:9");
 }

@@ -27,7 +27,8 @@ use crate::{
 ///
 /// `application/json`: one upload, at most 256 KiB; the answer is sent once it is durable.
 /// `application/x-ndjson`: 200 once reading begins, then one result (`LineResult`) per line; lines of
-/// at most 256 KiB, 16 MiB in all.
+/// at most 256 KiB, 16 MiB in all. When the caller's token ends meanwhile, a last line says so: `unavailable`, with a
+/// problem of status 401; what has no result was not stored.
 #[utoipa::path(
     post, path = "/v1/tails/{tail}/uploads", tag = "uploads", operation_id = "postUpload",
     params(("tail" = String, Path, description = "The aircraft", example = "EC-MXA")),

@@ -9,6 +9,7 @@ mod due;
 mod figures;
 mod house;
 mod interface;
+mod log;
 mod maintenance;
 mod pages;
 mod secrets;

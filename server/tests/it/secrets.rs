@@ -1,43 +1,15 @@
 //! No secret is ever written down, at no level of the log, in no answer.
 
-use std::{
-    io,
-    sync::{Arc, Mutex},
-};
-
 use base64::{Engine, engine::general_purpose::STANDARD};
 use domain::Scope;
 use proto::v1::ingest_client::IngestClient;
 use tonic::Request;
 
-use crate::house::House;
-
-/// What was logged.
-#[derive(Clone, Default)]
-struct Log(Arc<Mutex<Vec<u8>>>);
-
-impl io::Write for Log {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.lock().unwrap().extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
+use crate::{house::House, log};
 
 #[tokio::test]
 async fn a_token_is_in_no_log_and_in_no_answer() {
-    let log = Log::default();
-    let writer = log.clone();
-    let subscriber = tracing_subscriber::fmt()
-        .with_max_level(tracing::Level::TRACE)
-        .with_ansi(false)
-        .with_writer(move || writer.clone())
-        .finish();
-    // Another test of the same process may have set one: then this one sees nothing, and says so below.
-    let _ = tracing::subscriber::set_global_default(subscriber);
+    let log = log::open();
     let house = House::open().await;
     let good = house.token("default", Scope::Admin).await.reveal();
     let (id, secret) = good.split_once('.').unwrap();
@@ -63,7 +35,7 @@ async fn a_token_is_in_no_log_and_in_no_answer() {
             told += &format!("{status:?}");
         }
     }
-    let logged = String::from_utf8(log.0.lock().unwrap().clone()).unwrap();
+    let logged = log.text();
     assert!(logged.len() > 1000, "everything is logged: {logged}");
     let reversed = wrong.split_once('.').unwrap().1.to_owned();
     let canaries = [secret.to_owned(), reversed]

@@ -19,6 +19,7 @@ use tonic::{
 use crate::{
     callers::{aircraft, bearer},
     house::{House, problem},
+    log,
 };
 
 const OWN: &str = "urn:actuary:operator:default:tail:EC-MXA";
@@ -214,6 +215,7 @@ async fn others_show_tokens_on_the_same_port_and_nobody_shows_nothing() {
 
 #[tokio::test]
 async fn certificates_that_are_not_good_are_refused_with_the_reason() {
+    let log = log::open();
     let fortress = Fortress::open().await;
     let foreign = Authority::new("others").client(&Wanted::default());
     assert_eq!(fortress.refused(&foreign).await, "UnknownCA");
@@ -230,6 +232,15 @@ async fn certificates_that_are_not_good_are_refused_with_the_reason() {
         let unbound = fortress.clients.client(&Wanted { uris, ..Wanted::default() });
         assert_eq!(fortress.refused(&unbound).await, "AccessDenied", "{uris:?}");
     }
+    let lines = log.text();
+    let refused = |reason: &str| {
+        let told = |line: &&str| line.contains("WARN") && line.contains("a client certificate was refused");
+        lines.lines().filter(told).filter(|line| line.contains(reason)).count()
+    };
+    // One line for each handshake, of both versions.
+    assert_eq!(refused("no known authority has signed it"), 2, "{lines}");
+    assert_eq!(refused("certificate expired"), 2);
+    assert_eq!(refused("it is bound to no aircraft"), 2 * others.len());
     // The service goes on.
     assert_eq!(fortress.client(None).get(fortress.url("/healthz")).send().await.unwrap().status(), 200);
 }
