@@ -1,6 +1,6 @@
 //! Where the data is, as the command line names it. Its password is in no message.
 
-use std::{fmt, fs, io::ErrorKind, path::PathBuf};
+use std::{fmt, fs, io::ErrorKind, path::PathBuf, time::Duration};
 
 use anyhow::Result;
 use clap::Args;
@@ -9,6 +9,10 @@ use reqwest::Url;
 use store::{Options, Store, StoreError};
 
 use crate::exit::Failure;
+
+/// How often a migration is tried again.
+const MIGRATIONS: u32 = 5;
+const PAUSE: Duration = Duration::from_millis(500);
 
 /// The database of a command.
 #[derive(Clone, Args)]
@@ -43,11 +47,17 @@ impl Database {
         Ok(Store::open(&self.url()?, Options::default()).await.map_err(|error| self.refuse(error))?)
     }
 
-    /// Brings it to the schema of this build.
-    pub async fn migrate(&self) -> Result<()> {
-        // Whoever opens an SQLite file migrates it.
-        self.open().await?.close().await;
-        Ok(())
+    /// Brings it to the schema of this build, and lets a role of a Postgres serve it.
+    pub async fn migrate(&self, service_role: Option<&str>) -> Result<()> {
+        let url = self.url()?;
+        let mut migrated = Store::migrate(&url, service_role).await;
+        // Of two that migrate at the same time one fails and has changed nothing: it looks again.
+        for _ in 0..MIGRATIONS {
+            let Err(StoreError::Migration(_)) = &migrated else { break };
+            tokio::time::sleep(PAUSE).await;
+            migrated = Store::migrate(&url, service_role).await;
+        }
+        Ok(migrated.map_err(|error| self.refuse(error))?)
     }
 
     /// Opens it for reading only.
@@ -105,6 +115,7 @@ impl Database {
             StoreError::UnsupportedUrl { .. } => {
                 "is not supported: use sqlite:FILE or postgres://USER@HOST/NAME".to_owned()
             }
+            StoreError::Unavailable(_) => return Failure::NotReachable(format!("{self}: {error}")),
             error => error.to_string(),
         };
         Failure::BadInput(format!("{self}: {text}"))

@@ -1,9 +1,6 @@
 //! What the end-to-end tests share: the real binary, real processes, real sockets.
 
-mod cluster;
 pub mod postgres;
-
-pub use cluster::Cluster;
 
 use std::{
     io::{BufRead, BufReader},

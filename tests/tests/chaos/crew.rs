@@ -8,24 +8,28 @@ use std::{
     time::{Duration, Instant},
 };
 
-use tests::{Cluster, Service, binary, run};
+use tests::{
+    Service, binary,
+    postgres::{Cluster, TestDatabase},
+    run,
+};
 
 use crate::LEASE;
 
-/// The role that servers and workers log in as.
-pub const ROLE: &str = "service";
-
-/// Makes a database of the cluster ready, and names it.
-pub fn database(cluster: &Cluster, name: &str) -> String {
-    let exists = format!("select count(*) from pg_roles where rolname = '{ROLE}'");
-    if cluster.sql("postgres", &exists) == "0" {
-        cluster.sql("postgres", &format!("create role {ROLE} login"));
-    }
-    cluster.sql("postgres", &format!("create database {name}"));
-    let owner = cluster.url("owner", name);
-    let migrated = run(&["migrate", "--database-url", &owner, "--service-role", ROLE]);
-    assert!(migrated.status.success(), "{}", String::from_utf8_lossy(&migrated.stderr));
-    cluster.url(ROLE, name)
+/// A database of the cluster, migrated by two at the same time.
+pub async fn database(cluster: &Cluster) -> TestDatabase {
+    let database = cluster.database().await;
+    let (owner, role) = (database.owner_url(), database.service_role());
+    std::thread::scope(|scope| {
+        let migrations: Vec<_> = (0..2)
+            .map(|_| scope.spawn(|| run(&["migrate", "--database-url", &owner, "--service-role", role])))
+            .collect();
+        for migration in migrations {
+            let migrated = migration.join().unwrap();
+            assert!(migrated.status.success(), "{}", String::from_utf8_lossy(&migrated.stderr));
+        }
+    });
+    database
 }
 
 /// Servers come first, workers after them.
@@ -102,7 +106,7 @@ impl Crew {
     }
 
     /// Returns when nothing is pending.
-    pub async fn settle(&self, database: &str) {
+    pub async fn settle(&self) {
         let mut deadline = Instant::now() + Duration::from_secs(120);
         let mut least = u64::MAX;
         loop {
@@ -114,7 +118,7 @@ impl Crew {
             if let Some(pending) = pending.filter(|pending| *pending < least) {
                 (least, deadline) = (pending, Instant::now() + Duration::from_secs(120));
             }
-            assert!(Instant::now() < deadline, "{database}: {least} uploads stay pending");
+            assert!(Instant::now() < deadline, "{least} uploads stay pending");
             tokio::time::sleep(Duration::from_millis(100)).await;
         }
     }

@@ -11,10 +11,11 @@ use std::{
 };
 
 use domain::Stream;
-use tests::Cluster;
+use sqlx::{Connection, PgConnection};
+use tests::postgres::Cluster;
 use tokio::{runtime::Handle, task::JoinHandle};
 
-use crate::{LEASE, client::Ledger, crew::Crew, crew::ROLE};
+use crate::{LEASE, client::Ledger, crew::Crew};
 
 /// Longer than a lease, so that another takes over meanwhile.
 const STOPPED: Duration = Duration::from_secs(LEASE.as_secs() + 1);
@@ -78,12 +79,13 @@ pub struct Faults {
 }
 
 impl Faults {
-    pub fn start(plan: Plan, cluster: Arc<Cluster>, crew: Arc<Crew>, ledger: Ledger) -> Self {
+    pub fn start(plan: Plan, cluster: Arc<Cluster>, superuser: String, crew: Arc<Crew>, ledger: Ledger) -> Self {
         let (injected, stop) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
         let driver = Driver {
             stream: Stream::new(plan.seed, &["faults"]),
             plan,
             cluster,
+            superuser,
             crew,
             ledger,
             injected: injected.clone(),
@@ -105,6 +107,8 @@ struct Driver {
     stream: Stream,
     plan: Plan,
     cluster: Arc<Cluster>,
+    /// The database's URL.
+    superuser: String,
     crew: Arc<Crew>,
     ledger: Ledger,
     injected: Arc<AtomicUsize>,
@@ -161,15 +165,10 @@ impl Driver {
                 std::thread::sleep(STOPPED);
                 self.crew.signal_server(number, "CONT");
             }
-            Fault::ConnectionsEnded => {
-                let sql = format!(
-                    "select pg_terminate_backend(pid) from (
-                       select pid from pg_stat_activity where usename = '{ROLE}' order by random() limit 4) as some"
-                );
-                self.cluster.sql("postgres", &sql);
-            }
+            Fault::ConnectionsEnded => Handle::current().block_on(end_connections(&self.superuser)),
             Fault::PostgresCrashed => {
                 self.cluster.crash();
+                self.cluster.resume();
                 let accepted = Instant::now();
                 Handle::current().block_on(ready(&self.crew.servers()));
                 self.report.ready_after.push(accepted.elapsed());
@@ -201,6 +200,15 @@ impl Driver {
     fn below(&mut self, end: usize) -> usize {
         ((self.stream.uniform() * end as f64) as usize).min(end - 1)
     }
+}
+
+/// Ends a few connections of servers and workers.
+async fn end_connections(superuser: &str) {
+    let mut connection = PgConnection::connect(superuser).await.expect("Postgres answers");
+    let sql = "select pg_terminate_backend(pid) from (
+                 select pid from pg_stat_activity where application_name = 'actuary' order by random() limit 4) as some";
+    sqlx::query(sql).execute(&mut connection).await.expect("a superuser may");
+    connection.close().await.expect("it closes");
 }
 
 /// Returns when all servers say that they are ready.

@@ -26,7 +26,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use tests::Cluster;
+use tests::postgres::Cluster;
 
 use crate::{
     client::{Ledger, fly},
@@ -57,62 +57,61 @@ async fn undisturbed(folder: &Path, traffic: &Traffic) -> String {
     let ledger = Ledger::default();
     fly(traffic, &traffic.in_order(), &crew.servers(), &ledger, || true).await;
     assert_eq!(ledger.violations(), Vec::<String>::new());
-    crew.settle(&database).await;
+    crew.settle().await;
     drop(crew);
     verdict::digest(&database)
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn slow_faults_leave_no_trace() {
-    let Some(cluster) = Cluster::start(None) else { return };
+    let Some(cluster) = Cluster::start() else { return };
     let (uploads, faults, seed) =
         (size("ACTUARY_CHAOS_UPLOADS", 3000), size("ACTUARY_CHAOS_FAULTS", 40), size("ACTUARY_CHAOS_SEED", 1) as u64);
     let folder = tempfile::tempdir().unwrap();
     let begun = Instant::now();
     let cluster = Arc::new(cluster);
-    let database = crew::database(&cluster, "chaos");
-    let crew = Arc::new(Crew::of(&database, folder.path(), 2, 8));
+    let database = crew::database(&cluster).await;
+    let crew = Arc::new(Crew::of(&database.service_url(), folder.path(), 2, 8));
     let traffic = traffic(uploads, seed, &traffic::Mask::of(&crew.servers()[0]).await);
     let arrivals = traffic.disturbed();
     println!("{} uploads of {} components, {} arrivals", traffic.len(), traffic.components, arrivals.len());
 
     let ledger = Ledger::default();
     let plan = Plan { faults, arrivals: arrivals.len(), seed };
-    let driver = Faults::start(plan, cluster.clone(), crew.clone(), ledger.clone());
+    let driver = Faults::start(plan, cluster.clone(), database.superuser_url(), crew.clone(), ledger.clone());
     // Traffic and faults keep step, so that all faults fall into the traffic.
     let (injected, done) = (driver.injected.clone(), ledger.done.clone());
     let may_go_on = move || done.load(Relaxed) * faults <= (injected.load(Relaxed) + 3) * plan.arrivals;
     fly(&traffic, &arrivals, &crew.servers(), &ledger, may_go_on).await;
     let report = driver.end().await;
     println!("all acknowledged after {:.0} s\n{report}", begun.elapsed().as_secs_f64());
-    crew.settle(&database).await;
+    crew.settle().await;
     println!("all processed after {:.0} s\n{ledger}", begun.elapsed().as_secs_f64());
     drop(crew);
 
     assert_eq!(ledger.violations(), Vec::<String>::new());
-    verdict::check(&cluster, "chaos", &traffic);
-    assert_eq!(verdict::digest(&database), undisturbed(folder.path(), &traffic).await);
+    verdict::check(&database.superuser_url(), &traffic).await;
+    assert_eq!(verdict::digest(&database.service_url()), undisturbed(folder.path(), &traffic).await);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn slow_any_number_of_workers_gives_the_digest_of_one() {
-    let Some(cluster) = Cluster::start(None) else { return };
+    let Some(cluster) = Cluster::start() else { return };
     let folder = tempfile::tempdir().unwrap();
     let mut digests = Vec::new();
     let mut sent = None;
     for workers in [1, 2, 4] {
-        let name = format!("workers{workers}");
-        let database = crew::database(&cluster, &name);
-        let crew = Crew::of(&database, folder.path(), 2, workers);
+        let database = crew::database(&cluster).await;
+        let crew = Crew::of(&database.service_url(), folder.path(), 2, workers);
         let mask = traffic::Mask::of(&crew.servers()[0]).await;
         let traffic = sent.get_or_insert_with(|| traffic(800, 2, &mask));
         let ledger = Ledger::default();
         fly(traffic, &traffic.disturbed(), &crew.servers(), &ledger, || true).await;
-        crew.settle(&database).await;
+        crew.settle().await;
         drop(crew);
         assert_eq!(ledger.violations(), Vec::<String>::new());
-        verdict::check(&cluster, &name, traffic);
-        digests.push(verdict::digest(&database));
+        verdict::check(&database.superuser_url(), traffic).await;
+        digests.push(verdict::digest(&database.service_url()));
     }
     digests.push(undisturbed(folder.path(), &sent.unwrap()).await);
     digests.dedup();

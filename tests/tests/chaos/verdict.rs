@@ -1,6 +1,7 @@
 //! What must be true of a database after all that.
 
-use tests::{Cluster, run};
+use sqlx::{Connection, PgConnection};
+use tests::run;
 
 use crate::traffic::Traffic;
 
@@ -12,25 +13,27 @@ pub fn digest(database: &str) -> String {
 }
 
 /// Every upload is there once and was processed once; results of a component are in one order.
-pub fn check(cluster: &Cluster, database: &str, traffic: &Traffic) {
-    let count = |what: &str, sql: &str, expected: usize| {
-        let found = cluster.sql(database, sql);
+pub async fn check(superuser: &str, traffic: &Traffic) {
+    let mut connection = PgConnection::connect(superuser).await.unwrap();
+    let mut count = async |what: &str, sql: &'static str, expected: usize| {
+        let found: i64 = sqlx::query_scalar(sql).fetch_one(&mut connection).await.unwrap();
         println!("{what}: {found}");
-        assert_eq!(found, expected.to_string(), "{what}: {sql}");
+        assert_eq!(found, expected as i64, "{what}: {sql}");
     };
     let all = traffic.len();
-    count("uploads", "select count(*) from uploads", all);
-    count("different uploads", "select count(distinct (operator, upload_id)) from uploads", all);
-    count("names of uploads", "select count(*) from upload_keys", all);
-    count("uploads that wait", "select count(*) from inbox", 0);
-    count("uploads set aside", "select count(*) from set_aside", 0);
-    count("estimates", "select count(*) from estimates", all);
-    count("uploads with an estimate", "select count(distinct (operator, upload_id)) from estimates", all);
+    count("uploads", "select count(*) from uploads", all).await;
+    count("different uploads", "select count(distinct (operator, upload_id)) from uploads", all).await;
+    count("names of uploads", "select count(*) from upload_keys", all).await;
+    count("uploads that wait", "select count(*) from inbox", 0).await;
+    count("uploads set aside", "select count(*) from set_aside", 0).await;
+    count("estimates", "select count(*) from estimates", all).await;
+    count("uploads with an estimate", "select count(distinct (operator, upload_id)) from estimates", all).await;
     count(
         "components whose inputs were not all processed",
         "select count(*) from component_queue where input_revision <> processed_revision",
         0,
-    );
+    )
+    .await;
     // A prognosis of a later lease rests on all that an earlier one rested on, and was issued after it.
     count(
         "prognoses issued out of order",
@@ -42,6 +45,8 @@ pub fn check(cluster: &Cluster, database: &str, traffic: &Traffic) {
            window life as (partition by operator, part_number, serial_number, overhaul_index, generation order by fence)
          ) as issued where issued_at <= earlier or as_of_fh < earlier_fh",
         0,
-    );
-    println!("prognoses issued: {}", cluster.sql(database, "select count(*) from prognoses"));
+    )
+    .await;
+    let issued: i64 = sqlx::query_scalar("select count(*) from prognoses").fetch_one(&mut connection).await.unwrap();
+    println!("prognoses issued: {issued}");
 }
