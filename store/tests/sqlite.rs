@@ -89,7 +89,7 @@ async fn a_migration_that_was_altered_is_refused() {
 
 #[tokio::test]
 async fn urls_that_name_no_file_are_refused() {
-    for url in ["postgres://localhost/actuary", "fleet.db", "sqlite:", "sqlite::memory:"] {
+    for url in ["mysql://localhost/actuary", "fleet.db", "sqlite:", "sqlite::memory:"] {
         let refused = Store::open(url, Options::default()).await.err().unwrap();
         assert!(matches!(refused, StoreError::UnsupportedUrl { .. }), "{url}: {refused:?}");
     }

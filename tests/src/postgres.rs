@@ -188,19 +188,26 @@ pub struct Cluster {
     programs: Programs,
     folder: PathBuf,
     port: u16,
+    settings: Vec<String>,
     _in_use: File,
 }
 
 impl Cluster {
     /// Starts one; without Postgres there is none, and it is said how to install it.
     pub fn start() -> Option<Self> {
+        Self::start_with(&[])
+    }
+
+    /// Starts one with settings, each `name=value`.
+    pub fn start_with(settings: &[&str]) -> Option<Self> {
+        let settings: Vec<_> = settings.iter().map(|setting| (*setting).to_owned()).collect();
         let programs = Programs::find()?;
         let folder = std::env::temp_dir().join(format!("actuary-{}", fresh_name()));
         let in_use = lock_file(&folder.display().to_string());
         in_use.lock().expect("the lock is new");
-        let port = programs.create(&folder);
+        let port = programs.create(&folder, &settings);
         programs.watch(&folder, 0);
-        Some(Self { programs, folder, port, _in_use: in_use })
+        Some(Self { programs, folder, port, settings, _in_use: in_use })
     }
 
     /// The URL of its superuser.
@@ -225,7 +232,12 @@ impl Cluster {
 
     /// Starts it again; returns once it accepts connections.
     pub fn resume(&self) {
-        self.programs.start(&self.folder, self.port);
+        self.programs.start(&self.folder, self.port, &self.settings);
+    }
+
+    /// The folder of its files.
+    pub fn data(&self) -> PathBuf {
+        data(&self.folder)
     }
 }
 
@@ -294,7 +306,7 @@ impl Programs {
         let port = fs::read_to_string(folder.join("port")).ok().and_then(|port| port.parse().ok());
         let port: u16 = port.unwrap_or_else(|| {
             let _ = fs::remove_dir_all(folder);
-            let port = self.create(folder);
+            let port = self.create(folder, &[]);
             self.watch(folder, GRACE_S);
             let mut file = File::create(folder.join("port")).expect("the folder is there");
             write!(file, "{port}").expect("the port is written");
@@ -304,7 +316,7 @@ impl Programs {
     }
 
     /// Makes a cluster in a new folder and starts it on a free port.
-    fn create(&self, folder: &Path) -> u16 {
+    fn create(&self, folder: &Path, settings: &[String]) -> u16 {
         let mut make = Command::new("install");
         make.args(["-d", "-m", "755"]);
         if self.as_postgres {
@@ -316,13 +328,14 @@ impl Programs {
             .args(["--username=postgres", "--auth=trust", "--encoding=UTF8", "--locale=C", "--no-sync", "--pgdata"])
             .arg(data(folder)));
         let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a free port").port();
-        self.start(folder, port);
+        self.start(folder, port, settings);
         port
     }
 
-    fn start(&self, folder: &Path, port: u16) {
-        let options =
-            format!("-c listen_addresses=127.0.0.1 -p {port} -c unix_socket_directories='' -c max_connections=300");
+    fn start(&self, folder: &Path, port: u16, settings: &[String]) {
+        let mut options =
+            format!("-p {port} -c listen_addresses=127.0.0.1 -c unix_socket_directories='' -c max_connections=300");
+        settings.iter().for_each(|setting| options += &format!(" -c {setting}"));
         let log = folder.join("log");
         let log = log.to_str().expect("a temporary path is text");
         self.control(folder, &["start", "--wait", "--log", log, "--options", &options]);

@@ -73,7 +73,11 @@ impl Engine {
     }
 
     async fn begin_read(&self) -> Result<Transaction<'static, Database>, StoreError> {
-        Ok(self.pool.begin_with("begin isolation level repeatable read, read only").await?)
+        // In a task, because callers may go away: a `begin` that is given up half-way leaves a connection in a
+        // transaction that nobody ends.
+        let pool = self.pool.clone();
+        let begin = async move { pool.begin_with("begin isolation level repeatable read, read only").await };
+        Ok(tokio::spawn(begin).await.map_err(|_| StoreError::Closed)??)
     }
 
     /// The operators each of whom must be entered to see all rows.
@@ -110,8 +114,12 @@ impl Engine {
             return Err(StoreError::Closed);
         }
         let (job, answer) = sql::waiting(write);
-        self.writer.write(vec![job]).await;
-        self.committed.notify_waiters();
+        let (writer, committed) = (self.writer.clone(), self.committed.clone());
+        // In a task, because callers may go away, and what they began is ended all the same.
+        tokio::spawn(async move {
+            writer.write(vec![job]).await;
+            committed.notify_waiters();
+        });
         answer.await.unwrap_or(Err(StoreError::Closed))
     }
 }
