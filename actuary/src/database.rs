@@ -78,7 +78,7 @@ impl Database {
             Err(error) => matches!(error, StoreError::OlderSchema { .. }),
         };
         if is_to_be_prepared && !self.is_postgres() {
-            self.migrate().await?;
+            self.migrate(None).await?;
         }
         self.open_beside().await
     }

@@ -16,8 +16,8 @@ use std::{
 
 use domain::{OperatorId, Timestamp, Upload};
 use fixture::{
-    Database, HandClock, LEASE, bundle, bundle_body, component, day, drain, later_upload, life_inputs, operator,
-    results, states, upload,
+    Database, HandClock, LEASE, bundle, bundle_body, by_hand, component, day, drain, later_upload, life_inputs,
+    operator, results, states, upload,
 };
 use sqlx::{AssertSqlSafe, Connection, Executor, PgConnection, Row};
 use store::{Clock, Completion, Options, Receipt, Store, StoreError};
@@ -365,9 +365,9 @@ async fn eight_workers_of_two_processes_write_every_result_once_and_in_order() {
     let mut estimated = 0;
     for unit in 0..UNITS {
         let component = component(&format!("{unit:04}"));
-        let estimates = stores[0].estimates(&component, None, None, None, 1000).await.unwrap();
+        let estimates = stores[0].estimates(&component, None, None, None, None, 1000).await.unwrap();
         estimated += estimates.len();
-        let kept = stores[0].states(&component, None, None, None, 1000).await.unwrap();
+        let kept = stores[0].states(&component, None, None, None, None, 1000).await.unwrap();
         assert_eq!(kept, states(&estimates), "states of {unit}");
     }
     assert_eq!(estimated, UPLOADS, "estimates");
@@ -387,8 +387,8 @@ async fn a_server_that_crashed_and_came_back_is_served_again_with_all_that_was_a
     let database = cluster.database().await;
     Store::migrate(&database.owner_url(), Some(database.service_role())).await.unwrap();
     let store = Store::open(&database.service_url(), Options::default()).await.unwrap();
-    store.register_bundle(&bundle("one"), &bundle_body("one"), day(0.0)).await.unwrap();
-    store.activate_bundle(&bundle("one").hash, day(0.0)).await.unwrap();
+    store.register_bundle(&bundle("one"), &bundle_body("one"), by_hand(0.0)).await.unwrap();
+    store.activate_bundle(&bundle("one").hash, by_hand(0.0)).await.unwrap();
     for i in 0..20 {
         store.accept(&fixture::operator(), upload(&format!("u{i}"), "0001"), day(0.0)).await.unwrap();
     }

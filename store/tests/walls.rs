@@ -12,7 +12,7 @@ const BACKEND: fixture::Backend = fixture::Backend::Postgres;
 use std::{collections::BTreeMap, fs};
 
 use domain::{Actor, EventKind, Finding, MaintenanceEvent, OperatorId, Upload};
-use fixture::{bundle, bundle_body, configuration, day, drain, fail, finding, later_upload, prior, tail};
+use fixture::{bundle, bundle_body, by_hand, configuration, day, drain, fail, finding, later_upload, prior, tail};
 use serde_json::Value;
 use sqlx::{AssertSqlSafe, Connection, Executor, PgConnection, Row, ValueRef};
 use store::{Options, Store, UploadStateKind};
@@ -32,10 +32,13 @@ async fn live(store: &Store, operator: &OperatorId) {
     }
     store.accept(operator, upload(0), day(0.0)).await.unwrap();
     let known = |i: usize| upload(i).upload_id;
-    store.add_sensor_configuration(operator, &tail("EC-MXA"), day(2.0), &configuration(0.25), day(0.0)).await.unwrap();
+    store
+        .add_sensor_configuration(operator, &tail("EC-MXA"), day(2.0), &configuration(0.25), by_hand(0.0))
+        .await
+        .unwrap();
     drain(store).await;
-    store.void_upload(operator, &known(3), day(1.0)).await.unwrap();
-    store.retry_upload(operator, &known(11), day(1.0)).await.unwrap();
+    store.void_upload(operator, &known(3), by_hand(1.0)).await.unwrap();
+    store.retry_upload(operator, &known(11), by_hand(1.0)).await.unwrap();
     drain(store).await;
     let component = upload(0).component(operator);
     fail(store, operator, component.serial_number.as_str(), 1000.0).await;
@@ -44,7 +47,7 @@ async fn live(store: &Store, operator: &OperatorId) {
         ..finding(&format!("{operator}-mistake"), component.serial_number.as_str(), Finding::Failed, 500.0)
     };
     store.record_event(operator, &mistaken, day(0.0)).await.unwrap();
-    store.void_event(operator, &mistaken.event_id, day(0.0)).await.unwrap();
+    store.void_event(operator, &mistaken.event_id, by_hand(0.0)).await.unwrap();
     store.add_prior(operator, &prior(operator.as_str(), 10, 0.0), operator.as_str().as_bytes()).await.unwrap();
     let (_, token) = fixture::token(operator, operator.as_str().as_bytes()[0]);
     store.create_token(&token, Actor::Cli).await.unwrap();
@@ -60,8 +63,8 @@ async fn live(store: &Store, operator: &OperatorId) {
     assert_eq!(store.installed_fleet(operator, None, 10).await.unwrap().len(), 1);
     assert_eq!(store.installed(operator, &tail("EC-MXA")).await.unwrap().len(), 1);
     assert!(store.component(&component).await.unwrap().is_some());
-    assert!(!store.estimates(&component, None, None, None, 100).await.unwrap().is_empty());
-    assert!(!store.states(&component, None, None, None, 100).await.unwrap().is_empty());
+    assert!(!store.estimates(&component, None, None, None, None, 100).await.unwrap().is_empty());
+    assert!(!store.states(&component, None, None, None, None, 100).await.unwrap().is_empty());
     assert_eq!(store.events(&component).await.unwrap().len(), 2);
     assert!(store.event(operator, &mistaken.event_id).await.unwrap().is_some());
     assert_eq!(store.issued_on_finished_lives(operator, 200.0, 10).await.unwrap().len(), 1);
@@ -234,8 +237,8 @@ async fn slow_no_statement_of_the_store_reaches_another_operator_even_without_it
     let database = cluster.database().await;
     Store::migrate(&database.owner_url(), Some(database.service_role())).await.unwrap();
     let store = Store::open(&database.service_url(), Options::default()).await.unwrap();
-    store.register_bundle(&bundle("one"), &bundle_body("one"), day(0.0)).await.unwrap();
-    store.activate_bundle(&bundle("one").hash, day(0.0)).await.unwrap();
+    store.register_bundle(&bundle("one"), &bundle_body("one"), by_hand(0.0)).await.unwrap();
+    store.activate_bundle(&bundle("one").hash, by_hand(0.0)).await.unwrap();
     live(&store, &OWN.parse().unwrap()).await;
     live(&store, &FOREIGN.parse().unwrap()).await;
     store.close().await;
