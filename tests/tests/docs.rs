@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    net::TcpListener,
     os::unix::fs::symlink,
     path::{Path, PathBuf},
     process::Command,
@@ -80,4 +81,21 @@ fn slow_the_training_page_can_be_pasted_into_a_shell() {
     assert!(said.contains("exit code 2"), "{said}");
     assert!(!folder.path().join("never.json").exists(), "nothing is left of a refused training");
     assert!(folder.path().join("verdict/report.html").exists() && folder.path().join("response.svg").exists());
+}
+
+#[test]
+fn slow_the_operations_page_can_be_pasted_into_a_shell() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = fs::read_to_string(root().join("docs/operations.md")).unwrap();
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let bin = tests::binary();
+    let path = format!("export PATH={}:$PATH\n", bin.parent().expect("a folder").display());
+    let stop = "trap 'kill $(jobs -p) 2> /dev/null || true' EXIT\n";
+    let said = bash(folder.path(), &format!("{path}{stop}{}", script(&page.replace("8080", &port.to_string()))));
+    assert!(said.contains("rows match their checksums"), "{said}");
+    assert!(said.contains("lives wait to be judged anew"), "{said}");
+    assert!(said.contains("nothing was different"), "{said}");
+    let digests: Vec<_> = said.lines().filter_map(|line| line.strip_prefix("digest ")).collect();
+    assert_eq!((digests.len(), digests[0]), (2, digests[1]), "what was backed up is what was restored: {said}");
+    assert!(folder.path().join("fleet.sqlite").exists() && folder.path().join("fleet.sqlite.broken").exists());
 }
