@@ -16,7 +16,10 @@ mod sensor_configuration;
 mod tail;
 mod upload;
 
-pub use component::{ComponentBody, ContradictionItem, InstallationItem, InstallationSource, LifeBeginning, LifeItem};
+pub use component::{
+    ComponentBody, ContradictionItem, GenerationItem, GenerationState, InstallationItem, InstallationSource,
+    LifeBeginning, LifeItem,
+};
 pub use due::{DueBody, DueItem, DueTotals, LatestSafe};
 pub use explanation::{Doubt, DoubtKind, Driver, ExplanationBody, Growth, GrowthChange, Movement, Surprise};
 pub use health::{FaultEstimate, HealthItem, Outcome, StateItem};

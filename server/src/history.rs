@@ -2,7 +2,7 @@
 
 use domain::Component;
 use proto::json::{HealthItem, Page, StateItem};
-use store::LifeCursor;
+use store::{HistoryOf, LifeCursor};
 
 use crate::{
     State,
@@ -19,8 +19,16 @@ pub struct Range {
     pub to_fh: Option<f64>,
     /// Which life; the newest one unless it is named.
     pub life: Option<u32>,
+    /// Which generation of the life; the one that answers unless it is named.
+    pub generation: Option<u32>,
     /// Most items.
     pub limit: u32,
+}
+
+impl Range {
+    fn of(&self) -> HistoryOf {
+        HistoryOf { life: self.life, generation: self.generation }
+    }
 }
 
 /// What the items are, and after which one to begin.
@@ -53,8 +61,8 @@ pub enum History {
 
 /// One page of the history of a component.
 pub async fn history(state: &State, component: &Component, range: &Range, view: View) -> Result<History, Refusal> {
-    if let Some(life) = range.life {
-        must_have(state, component, life).await?;
+    if range.life.is_some() || range.generation.is_some() {
+        must_have(state, component, range).await?;
     }
     match view {
         View::Estimates(after) => estimates(state, component, range, after).await.map(History::Estimates),
@@ -62,18 +70,27 @@ pub async fn history(state: &State, component: &Component, range: &Range, view: 
     }
 }
 
-/// Refuses a life that a component has not had yet.
-async fn must_have(state: &State, component: &Component, life: u32) -> Result<(), Refusal> {
-    let lives = state.store.component(component).await?.map_or(0, |record| record.lives.len());
-    if (life as usize) < lives {
-        return Ok(());
-    }
+/// Refuses a life that a component has not had yet, and a generation that the life has not.
+async fn must_have(state: &State, component: &Component, range: &Range) -> Result<(), Refusal> {
+    let lives = state.store.component(component).await?.map(|record| record.lives).unwrap_or_default();
     let Component { part_number, serial_number, .. } = component;
-    let told = match lives {
-        1 => "it has not been overhauled, its only life is 0".to_owned(),
-        lives => format!("its lives are 0 to {}", lives.saturating_sub(1)),
+    let newest = lives.len().saturating_sub(1);
+    let number = range.life.map_or(newest, |life| life as usize);
+    let Some(life) = lives.get(number) else {
+        let told = match newest {
+            0 => "it has not been overhauled, its only life is 0".to_owned(),
+            newest => format!("its lives are 0 to {newest}"),
+        };
+        return Err(Refusal::NotFound(format!("component {part_number} {serial_number} has no life {number}: {told}")));
     };
-    Err(Refusal::NotFound(format!("component {part_number} {serial_number} has no life {life}: {told}")))
+    let has = |wanted: u32| life.generations.iter().any(|one| one.generation.number == wanted);
+    match range.generation {
+        Some(wanted) if !has(wanted) => Err(Refusal::NotFound(format!(
+            "life {number} of component {part_number} {serial_number} has no generation {wanted}: generation {} answers",
+            life.generation.number
+        ))),
+        _ => Ok(()),
+    }
 }
 
 async fn estimates(
@@ -83,7 +100,7 @@ async fn estimates(
     after: Option<LifeCursor>,
 ) -> Result<Page<HealthItem>, Refusal> {
     let read =
-        state.store.estimates(component, range.life, range.from_fh, range.to_fh, after.as_ref(), range.limit + 1);
+        state.store.estimates(component, range.of(), range.from_fh, range.to_fh, after.as_ref(), range.limit + 1);
     let mut estimates = read.await?;
     let next_cursor = next_cursor(&mut estimates, range.limit, |estimate| cursor::encode(&LifeCursor::from(estimate)));
     let models = fault_models(state).await?;
@@ -98,7 +115,7 @@ async fn states(
     after: Option<u64>,
 ) -> Result<Page<StateItem>, Refusal> {
     let mut states =
-        state.store.states(component, range.life, range.from_fh, range.to_fh, after, range.limit + 1).await?;
+        state.store.states(component, range.of(), range.from_fh, range.to_fh, after, range.limit + 1).await?;
     let next_cursor = next_cursor(&mut states, range.limit, |state| state.block.to_string());
     Ok(Page { items: states.iter().map(StateItem::from).collect(), next_cursor })
 }

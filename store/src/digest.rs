@@ -2,7 +2,7 @@
 
 use domain::ContentHash;
 
-/// One hash over the canonical dumps of all estimates and states, in the order of their natural keys.
+/// One hash over the canonical dumps of all estimates and states of the generations that answer, in the order of their natural keys.
 /// Equal for any order in which the same uploads and configurations arrived.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Digest {

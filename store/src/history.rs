@@ -22,3 +22,18 @@ impl From<&Estimate> for LifeCursor {
         }
     }
 }
+
+/// Which history of a component: by default that of its newest life, by the generation that answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct HistoryOf {
+    /// The life; `None` is the newest.
+    pub life: Option<u32>,
+    /// The generation of that life; `None` is the one that answers.
+    pub generation: Option<u32>,
+}
+
+impl From<Option<u32>> for HistoryOf {
+    fn from(life: Option<u32>) -> Self {
+        Self { life, generation: None }
+    }
+}

@@ -41,7 +41,7 @@ pub use digest::Digest;
 pub use error::StoreError;
 pub use finished::{FinishedLife, IssuedLife};
 pub use generation::{GenerationRecord, GenerationState, ModelUse};
-pub use history::LifeCursor;
+pub use history::{HistoryOf, LifeCursor};
 pub use installed::{Contradiction, Installation, InstallationSource, Installed, InstalledTail};
 pub use lesson::Lesson;
 pub use maintenance::{EventReceipt, EventRecord};

@@ -9,7 +9,7 @@ use domain::{
 
 use crate::{
     Addition, AuditChain, BundleRecord, Checkpoint, Completion, ComponentRecord, Digest, EventReceipt, EventRecord,
-    FinishedLife, Installation, Installed, InstalledTail, IssuedLife, Lease, Lesson, LifeCursor, LifeInputs,
+    FinishedLife, HistoryOf, Installation, Installed, InstalledTail, IssuedLife, Lease, Lesson, LifeCursor, LifeInputs,
     LifeResults, ModelUse, Options, PriorRecord, PublishedMask, Receipt, Retrial, Revocation, StoreError,
     TailConfiguration, TokenRecord, UploadRecord, UploadStateKind, Verification, Voiding, WorkFigures, postgres,
     sqlite,
@@ -510,13 +510,13 @@ impl Store {
     pub async fn estimates(
         &self,
         component: &Component,
-        life: Option<u32>,
+        of: impl Into<HistoryOf>,
         from_fh: Option<f64>,
         to_fh: Option<f64>,
         after: Option<&LifeCursor>,
         limit: u32,
     ) -> Result<Vec<Estimate>, StoreError> {
-        backend!(self, estimates(component, life, from_fh, to_fh, after, limit))
+        backend!(self, estimates(component, of.into(), from_fh, to_fh, after, limit))
     }
 
     /// States of a life of a component (the newest one unless it is named) with `from_fh <= as_of.flight_hours < to_fh`, by block,
@@ -524,12 +524,12 @@ impl Store {
     pub async fn states(
         &self,
         component: &Component,
-        life: Option<u32>,
+        of: impl Into<HistoryOf>,
         from_fh: Option<f64>,
         to_fh: Option<f64>,
         after: Option<u64>,
         limit: u32,
     ) -> Result<Vec<State>, StoreError> {
-        backend!(self, states(component, life, from_fh, to_fh, after, limit))
+        backend!(self, states(component, of.into(), from_fh, to_fh, after, limit))
     }
 }

@@ -133,6 +133,10 @@ async fn slow_another_bundle_takes_over_beside_a_running_service_and_aircraft_ke
     fly(&service.url, 30);
     let before = service.settled_fleet().await;
     let first = before[0]["model"].as_str().unwrap().to_owned();
+    let serial = before[0]["serial_number"].as_str().unwrap().to_owned();
+    let path = format!("/v1/components/EMA-48V/{serial}");
+    let history = service.get(&format!("{path}/health")).await;
+
     let file = second(folder.path());
     said(&database, &["model", "add", file.to_str().unwrap()]);
     assert!(said(&database, &["model", "add", file.to_str().unwrap()]).contains("was there already"));
@@ -152,6 +156,12 @@ async fn slow_another_bundle_takes_over_beside_a_running_service_and_aircraft_ke
         assert_eq!(old["as_of"], new["as_of"]);
         assert_ne!(old["fault_vector"], new["fault_vector"], "another bundle says something else");
     }
+
+    let life = service.get(&path).await["lives"][0].clone();
+    let states: Vec<_> = life["generations"].as_array().unwrap().iter().map(|one| one["state"].clone()).collect();
+    assert_eq!(states, ["kept", "answers"], "{life}");
+    assert_eq!(service.get(&format!("{path}/health?generation=1")).await["items"], history["items"]);
+    assert_ne!(service.get(&format!("{path}/health")).await["items"], history["items"]);
 
     // The aircraft go on with the mask of the first bundle, which the second does not even publish.
     fly(&service.url, 40);

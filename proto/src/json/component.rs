@@ -99,6 +99,8 @@ pub struct LifeItem {
     /// Hash of its fleet prior.
     #[schema(pattern = "^[0-9a-f]{64}$")]
     pub prior: String,
+    /// All of its generations: those that answered before, and one that is still to be made.
+    pub generations: Vec<GenerationItem>,
     /// Its first upload that counts, in the order of the life; null while none has an estimate.
     #[schema(required)]
     pub first: Option<AsOfBody>,
@@ -123,4 +125,35 @@ pub struct LifeBeginning {
     /// When it was.
     #[schema(format = "date-time", example = "2026-03-20T08:00:00Z")]
     pub occurred_at: String,
+}
+
+/// A generation of a life: the whole life as one model and prior judge it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GenerationItem {
+    /// Its number, from 1.
+    #[schema(example = 2)]
+    pub number: u32,
+    /// Hash of the model bundle.
+    #[schema(pattern = "^[0-9a-f]{64}$")]
+    pub model: String,
+    /// Hash of the fleet prior.
+    #[schema(pattern = "^[0-9a-f]{64}$")]
+    pub prior: String,
+    /// Where it stands.
+    pub state: GenerationState,
+    /// How many uploads have an estimate in it: none while it waits, because it is made in one step.
+    #[schema(example = 1234)]
+    pub estimates: u64,
+}
+
+/// Where a generation stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GenerationState {
+    /// A worker has still to make it; the one before answers until then.
+    Waits,
+    /// Answers are made of it.
+    Answers,
+    /// Another one answers in its place; it is kept as it was then.
+    Kept,
 }

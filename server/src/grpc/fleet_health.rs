@@ -77,6 +77,7 @@ impl FleetHealth for Service {
             from_fh: grpc_hours("from_fh", request.from_fh)?,
             to_fh: grpc_hours("to_fh", request.to_fh)?,
             life: request.life,
+            generation: request.generation,
             limit: grpc_limit(request.limit)?,
         };
         let view = view(&request)?;

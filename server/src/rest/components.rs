@@ -3,7 +3,8 @@
 use axum::{Json, extract::State as Extract};
 use domain::Component;
 use proto::json::{
-    AsOfBody, ComponentBody, ContradictionItem, InstallationItem, InstallationSource, LifeBeginning, LifeItem,
+    AsOfBody, ComponentBody, ContradictionItem, GenerationItem, GenerationState, InstallationItem, InstallationSource,
+    LifeBeginning, LifeItem,
 };
 use store::{ComponentRecord, Contradiction, EventRecord, Installation, LifeCursor, LifeRecord};
 
@@ -82,9 +83,24 @@ fn life(life: LifeRecord) -> LifeItem {
         generation: life.generation.number,
         model: life.generation.model.into(),
         prior: life.generation.prior.into(),
+        generations: life.generations.into_iter().map(generation).collect(),
         first: life.first.map(as_of),
         last: life.last.map(as_of),
         found_failed_fh: life.found_failed_fh,
+    }
+}
+
+fn generation(record: store::GenerationRecord) -> GenerationItem {
+    GenerationItem {
+        number: record.generation.number,
+        model: record.generation.model.into(),
+        prior: record.generation.prior.into(),
+        state: match record.state {
+            store::GenerationState::Waits => GenerationState::Waits,
+            store::GenerationState::Answers => GenerationState::Answers,
+            store::GenerationState::Kept => GenerationState::Kept,
+        },
+        estimates: record.estimates,
     }
 }
 

@@ -45,6 +45,7 @@ pub enum HealthBody {
         ("limit" = Option<u32>, Query, description = "1 to 1000, default 50"),
         ("cursor" = Option<String>, Query, description = "`next_cursor` of the page before"),
         ("life" = Option<u32>, Query, description = "Which life: 0 for the one that began when the component was new, then one more per overhaul; the newest when not given"),
+        ("generation" = Option<u32>, Query, description = "Which generation of the life, by a model that judges it or judged it; the one that answers when not given"),
         ("view" = Option<String>, Query, description = "`estimates` (default) or `states`"),
     ),
     responses(
@@ -74,6 +75,7 @@ pub async fn get(
         ("limit" = Option<u32>, Query, description = "1 to 1000, default 50"),
         ("cursor" = Option<String>, Query, description = "`next_cursor` of the page before"),
         ("life" = Option<u32>, Query, description = "Which life: 0 for the one that began when the component was new, then one more per overhaul; the newest when not given"),
+        ("generation" = Option<u32>, Query, description = "Which generation of the life, by a model that judges it or judged it; the one that answers when not given"),
         ("view" = Option<String>, Query, description = "`estimates` (default) or `states`"),
     ),
     responses(
@@ -93,11 +95,12 @@ pub async fn of_component(
 }
 
 fn read(pairs: Pairs) -> Result<(Range, View), Refusal> {
-    let mut parameters = pairs.read(&["from_fh", "to_fh", "life", "limit", "cursor", "view"]);
+    let mut parameters = pairs.read(&["from_fh", "to_fh", "life", "generation", "limit", "cursor", "view"]);
     let range = Range {
         from_fh: parameters.hours("from_fh"),
         to_fh: parameters.hours("to_fh"),
         life: parameters.parsed("life", "the number of a life, from 0", |text| text.parse().ok()),
+        generation: parameters.parsed("generation", "the number of a generation, from 1", |text| text.parse().ok()),
         limit: parameters.limit(),
     };
     let views = |text: &str| ["estimates", "states"].contains(&text).then(|| text == "states");

@@ -1,7 +1,7 @@
 //! The digest over all estimates and states.
 //!
 //! Card. *What:* a chain of SHA-256: each result is hashed together with the hash so far. *Order:*
-//! operator, part number, serial number, overhaul index, generation; in each generation first the
+//! operator, part number, serial number, overhaul index; of each life the generation that answers, first its
 //! estimates in the order of the life, then the states by block. *Content:* that key and the noun's
 //! canonical JSON; nothing that tells when or how often anything was received or computed. One life
 //! at a time is in memory, all are read in one transaction.
@@ -35,14 +35,14 @@ async fn extend(connection: &mut Connection, operator: &OperatorId, digest: &mut
     let lives = sqlx::query_scalar("select count(*) from lives where operator = $1").bind(operator.as_str());
     digest.lives += count::<u64>("lives", lives.fetch_one(&mut *connection).await?)?;
     let rows: Vec<GenerationRow> = sqlx::query_as(
-        "select operator, part_number, serial_number, overhaul_index, number as generation from generations
-         where operator = $1 order by part_number, serial_number, overhaul_index, number",
+        "select operator, part_number, serial_number, overhaul_index, generation from lives
+         where operator = $1 order by part_number, serial_number, overhaul_index",
     )
     .bind(operator.as_str())
     .fetch_all(&mut *connection)
     .await?;
     for GenerationRow { key, pointer } in rows {
-        let component = key.component("generations")?;
+        let component = key.component("lives")?;
         let life = (&component, pointer.overhaul_index, pointer.generation);
         for estimate in history::estimates(connection, &component, pointer, EstimateRange::ALL).await? {
             digest.estimates += 1;

@@ -8,7 +8,7 @@ use super::{
     row::{BindKey, Body, ComponentColumns, checksum, decode, hours_column, parse},
     verify,
 };
-use crate::{LifeCursor, StoreError, Verification};
+use crate::{HistoryOf, LifeCursor, StoreError, Verification};
 
 const ESTIMATES: &str = "estimates";
 const STATES: &str = "states";
@@ -19,14 +19,14 @@ impl Engine {
     pub(crate) async fn estimates(
         &self,
         component: &Component,
-        life: Option<u32>,
+        of: HistoryOf,
         from_fh: Option<f64>,
         to_fh: Option<f64>,
         after: Option<&LifeCursor>,
         limit: u32,
     ) -> Result<Vec<Estimate>, StoreError> {
         let mut transaction = self.read(&component.operator).await?;
-        let Some(pointer) = lives::chosen(&mut transaction, component, life).await? else { return Ok(Vec::new()) };
+        let Some(pointer) = lives::chosen(&mut transaction, component, of).await? else { return Ok(Vec::new()) };
         let range = EstimateRange {
             // No row is as early as the first moment of an hour, so nothing of that hour is missed.
             from: (from_fh.unwrap_or(f64::MIN), i64::MIN, ""),
@@ -41,14 +41,14 @@ impl Engine {
     pub(crate) async fn states(
         &self,
         component: &Component,
-        life: Option<u32>,
+        of: HistoryOf,
         from_fh: Option<f64>,
         to_fh: Option<f64>,
         after: Option<u64>,
         limit: u32,
     ) -> Result<Vec<State>, StoreError> {
         let mut transaction = self.read(&component.operator).await?;
-        let Some(pointer) = lives::chosen(&mut transaction, component, life).await? else { return Ok(Vec::new()) };
+        let Some(pointer) = lives::chosen(&mut transaction, component, of).await? else { return Ok(Vec::new()) };
         let range = StateRange {
             after: after.map_or(-1, |block| i64::try_from(block).unwrap_or(i64::MAX)),
             from_fh: from_fh.unwrap_or(f64::MIN),

@@ -6,7 +6,7 @@ use super::{
     Connection, models, priors,
     row::{BindKey, count, hash, hours_column, parse},
 };
-use crate::{Generation, LifeBeginning, StoreError};
+use crate::{Generation, HistoryOf, LifeBeginning, StoreError};
 
 /// The first generation of a life.
 const FIRST: i64 = 1;
@@ -135,16 +135,25 @@ pub(super) async fn of_component(
     rows.into_iter().map(life).collect()
 }
 
-/// A life of a component by its number, or the newest one.
+/// A life of a component by its number, or the newest one, with the generation wanted, or the one that answers.
 pub(super) async fn chosen(
     connection: &mut Connection,
     component: &Component,
-    overhaul_index: Option<u32>,
+    of: HistoryOf,
 ) -> Result<Option<LifePointer>, StoreError> {
-    let Some(overhaul_index) = overhaul_index else { return newest(connection, component).await };
-    let sql = "select overhaul_index, generation from lives
-               where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4";
-    Ok(sqlx::query_as(sql).bind_component(component).bind(i64::from(overhaul_index)).fetch_optional(connection).await?)
+    let life = match of.life {
+        None => newest(connection, component).await?,
+        Some(overhaul_index) => {
+            let sql = "select overhaul_index, generation from lives
+                       where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4";
+            let query = sqlx::query_as(sql).bind_component(component).bind(i64::from(overhaul_index));
+            query.fetch_optional(connection).await?
+        }
+    };
+    Ok(life.map(|life: LifePointer| match of.generation {
+        None => life,
+        Some(generation) => LifePointer { generation: generation.into(), ..life },
+    }))
 }
 
 /// The newest life of a component; `None` for an unknown one.

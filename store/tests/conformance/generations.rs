@@ -1,5 +1,5 @@
 use domain::{ContentHash, OperatorId, SetAsideReason};
-use store::{Completion, GenerationState, LifeRecord, ModelUse, Store, UploadState};
+use store::{Completion, GenerationState, HistoryOf, LifeRecord, ModelUse, Store, UploadState};
 
 use crate::fixture::{
     Database, LEASE, bundle, bundle_body, by_hand, component, day, drain, fail, later_upload, lease, life_inputs,
@@ -81,13 +81,16 @@ async fn a_generation_is_what_would_have_been_if_its_bundle_had_judged_from_the_
         other.accept(&operator(), later_upload(&format!("u{i}"), "0001", 30.0 * f64::from(i)), day(0.0)).await.unwrap();
     }
     drain(&other).await;
-    for serial in ["0001"] {
-        let of = async |store: &Store| {
-            let estimates = store.estimates(&component(serial), None, None, None, None, 100).await.unwrap();
-            (estimates, store.states(&component(serial), None, None, None, None, 100).await.unwrap())
-        };
-        assert_eq!(of(&store).await, of(&other).await);
-    }
+    let of = async |store: &Store, of: HistoryOf| {
+        let estimates = store.estimates(&component("0001"), of, None, None, None, 100).await.unwrap();
+        (estimates, store.states(&component("0001"), of, None, None, None, 100).await.unwrap())
+    };
+    let answers = HistoryOf::default();
+    assert_eq!(of(&store, answers).await, of(&other, answers).await);
+    let first = of(&store, HistoryOf { generation: Some(1), ..answers }).await;
+    assert!(first.0.iter().all(|estimate| estimate.model == bundle("one").hash), "what answered before is readable");
+    assert_eq!((first.0.len(), first.1.len()), (4, 3));
+    assert_eq!(of(&store, HistoryOf { generation: Some(3), ..answers }).await, (Vec::new(), Vec::new()));
 }
 
 #[tokio::test]
