@@ -1,6 +1,7 @@
 //! Durable uploads per second against the number of concurrent callers.
 //!
-//! `cargo run -p store --example accept_throughput [FOLDER]`: FOLDER decides which disk is measured.
+//! `cargo run -p store --example accept_throughput [FOLDER | URL]`: FOLDER decides which disk is measured by SQLite; URL
+//! is that of an empty Postgres database that is migrated, as the role that serves.
 
 use std::time::Instant;
 
@@ -42,8 +43,10 @@ fn upload(round: usize, number: usize) -> Upload {
     }
 }
 
-async fn opened(folder: &str) -> Result<Store, store::StoreError> {
-    let store = Store::open(&format!("sqlite:{folder}/throughput.db"), Options::default()).await?;
+async fn opened(place: &str) -> Result<Store, store::StoreError> {
+    let file = format!("sqlite:{place}/throughput.db");
+    let url = if place.contains("://") { place } else { &file };
+    let store = Store::open(url, Options::default()).await?;
     let (body, now) = (b"bundle", Timestamp::from_micros(1_772_366_400_000_000));
     let (hash, faults, masks) = (ContentHash::of(body), FaultModel::electrical(), vec![mask()]);
     let bundle = BundleSummary { hash, prior: hash, faults, masks, k_nom: 0.0752, min_samples: 8 };
@@ -55,8 +58,8 @@ async fn opened(folder: &str) -> Result<Store, store::StoreError> {
 #[tokio::main]
 async fn main() -> Result<(), Box<dyn std::error::Error>> {
     let temporary = tempfile::tempdir()?;
-    let folder = std::env::args().nth(1).unwrap_or_else(|| temporary.path().display().to_string());
-    let store = opened(&folder).await?;
+    let place = std::env::args().nth(1).unwrap_or_else(|| temporary.path().display().to_string());
+    let store = opened(&place).await?;
     for (round, (callers, uploads)) in [(1, UPLOADS / 8), (32, UPLOADS), (128, UPLOADS)].into_iter().enumerate() {
         let begin = Instant::now();
         let mut tasks = JoinSet::new();
