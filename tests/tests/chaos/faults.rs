@@ -206,7 +206,7 @@ impl Driver {
 async fn end_connections(superuser: &str) {
     let mut connection = PgConnection::connect(superuser).await.expect("Postgres answers");
     let sql = "select pg_terminate_backend(pid) from (
-                 select pid from pg_stat_activity where application_name = 'actuary' order by random() limit 4) as some";
+                 select pid from pg_stat_activity where application_name = 'actuary' order by random() limit 4) as chosen";
     sqlx::query(sql).execute(&mut connection).await.expect("a superuser may");
     connection.close().await.expect("it closes");
 }
