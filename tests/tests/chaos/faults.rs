@@ -19,6 +19,8 @@ use crate::{LEASE, client::Ledger, crew::Crew};
 
 /// Longer than a lease, so that another takes over meanwhile.
 const STOPPED: Duration = Duration::from_secs(LEASE.as_secs() + 1);
+/// Servers hold no lease; nobody waits for an answer for longer.
+const SERVER_STOPPED: Duration = Duration::from_secs(4);
 /// How many workers may be stopped at the same time.
 const MOST_STOPPED: usize = 3;
 
@@ -58,6 +60,7 @@ impl Fault {
 }
 
 /// What went wrong, and how long it took to serve again after Postgres accepted connections.
+#[derive(Default)]
 pub struct Report {
     faults: BTreeMap<Fault, usize>,
     ready_after: Vec<Duration>,
@@ -81,7 +84,7 @@ pub struct Faults {
 impl Faults {
     pub fn start(plan: Plan, cluster: Arc<Cluster>, superuser: String, crew: Arc<Crew>, ledger: Ledger) -> Self {
         let (injected, stop) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
-        let driver = Driver {
+        let mut driver = Driver {
             stream: Stream::new(plan.seed, &["faults"]),
             plan,
             cluster,
@@ -91,7 +94,7 @@ impl Faults {
             injected: injected.clone(),
             stop: stop.clone(),
             stopped: Vec::new(),
-            report: Report { faults: BTreeMap::new(), ready_after: Vec::new() },
+            report: Report::default(),
         };
         Self { injected, stop, driver: tokio::task::spawn_blocking(move || driver.run()) }
     }
@@ -118,8 +121,15 @@ struct Driver {
     report: Report,
 }
 
+impl Drop for Driver {
+    /// Traffic must not wait for faults that never come.
+    fn drop(&mut self) {
+        self.injected.store(self.plan.faults, Relaxed);
+    }
+}
+
 impl Driver {
-    fn run(mut self) -> Report {
+    fn run(&mut self) -> Report {
         for number in 0..self.plan.faults {
             // In step with the traffic.
             while self.ledger.done.load(Relaxed) * self.plan.faults < number * self.plan.arrivals {
@@ -136,7 +146,7 @@ impl Driver {
             self.injected.fetch_add(1, Relaxed);
         }
         self.wake(Instant::now() + STOPPED);
-        self.report
+        std::mem::take(&mut self.report)
     }
 
     fn inject(&mut self, fault: Fault) {
@@ -162,7 +172,7 @@ impl Driver {
             Fault::ServerStopped => {
                 let number = self.below(self.crew.server_count());
                 self.crew.signal_server(number, "STOP");
-                std::thread::sleep(STOPPED);
+                std::thread::sleep(SERVER_STOPPED);
                 self.crew.signal_server(number, "CONT");
             }
             Fault::ConnectionsEnded => Handle::current().block_on(end_connections(&self.superuser)),
