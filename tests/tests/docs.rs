@@ -70,6 +70,23 @@ async fn the_integrators_page_can_be_pasted_into_a_shell() {
     assert!(said.contains("STATUS_INSUFFICIENT_HISTORY") && said.contains("INVALID_ARGUMENT"), "{said}");
 }
 
+#[tokio::test]
+async fn the_page_of_credentials_can_be_pasted_into_a_shell() {
+    let folder = tempfile::tempdir().unwrap();
+    let service = Service::start(&folder.path().join("fleet.sqlite"), 0);
+    let page = fs::read_to_string(root().join("docs/credentials.md")).unwrap();
+    let page = page.replace("127.0.0.1:8080", service.url.trim_start_matches("http://"));
+    let bin = tests::binary();
+    let path = format!("export PATH={}:$PATH\n", bin.parent().expect("a folder").display());
+    let said = bash(folder.path(), &format!("{path}{}", script(&page)));
+    assert!(said.contains(r#""items":[]"#), "the keeper reads: {said}");
+    assert!(said.contains(r#""status":401"#) && said.contains(r#""status":403"#), "{said}");
+    assert!(said.contains("revoked") && said.contains("aircraft EC-MXA"), "{said}");
+    assert!(said.contains("operator default: 4 records"), "{said}");
+    let secret = fs::read_to_string(folder.path().join("keeper.token")).unwrap();
+    assert!(!said.contains(secret.trim().split_once('.').expect("id.secret").1));
+}
+
 #[test]
 fn slow_the_training_page_can_be_pasted_into_a_shell() {
     let folder = tempfile::tempdir().unwrap();
