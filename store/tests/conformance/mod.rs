@@ -9,6 +9,7 @@ mod history;
 mod ingest;
 mod installations;
 mod lists;
+mod lives;
 mod maintenance;
 mod models;
 mod order;
