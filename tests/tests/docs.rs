@@ -8,7 +8,7 @@ use std::{
     process::Command,
 };
 
-use tests::Service;
+use tests::{Service, postgres::Cluster};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace").to_owned()
@@ -115,4 +115,22 @@ fn slow_the_operations_page_can_be_pasted_into_a_shell() {
     let digests: Vec<_> = said.lines().filter_map(|line| line.strip_prefix("digest ")).collect();
     assert_eq!((digests.len(), digests[0]), (2, digests[1]), "what was backed up is what was restored: {said}");
     assert!(folder.path().join("fleet.sqlite").exists() && folder.path().join("fleet.sqlite.broken").exists());
+}
+
+#[test]
+fn slow_the_deployment_page_can_be_pasted_into_a_shell() {
+    let Some(cluster) = Cluster::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let page = fs::read_to_string(root().join("docs/deployment.md")).unwrap();
+    let free = || TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr()).expect("a free port").port();
+    let page = page.replace("18080", &free().to_string()).replace("19090", &free().to_string());
+    let (bin, url) = (tests::binary(), cluster.url());
+    let address = url.split(['@', '/']).nth(3).expect("host and port");
+    // Processes in the background must not outlive a script that fails.
+    let before = format!(
+        "export PATH={}:$PATH ADMIN_URL={url} POSTGRES={address}\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n",
+        bin.parent().expect("a folder").display()
+    );
+    let said = bash(folder.path(), &format!("{before}{}", script(&page)));
+    assert!(said.contains("up to date") && said.contains("uploads accepted"), "{said}");
 }
