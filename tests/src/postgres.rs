@@ -346,6 +346,7 @@ impl Programs {
     }
 
     /// Lets a cluster end, and its folder go, some seconds after nobody holds its lock any longer.
+    #[expect(clippy::zombie_processes, reason = "the watcher outlives this process")]
     fn watch(&self, folder: &Path, grace_s: u32) {
         const WATCH: &str = r#"
             lock=$1 grace=$2 folder=$3; shift 3
