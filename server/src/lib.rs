@@ -35,7 +35,7 @@ use std::{sync::Arc, time::Duration};
 use domain::Timestamp;
 use store::Store;
 
-pub use app::endpoints;
+pub use app::{endpoints, router};
 pub use auth::Endpoint;
 pub use prometheus::{Metrics, NoRecorder};
 pub use rest::Probed;

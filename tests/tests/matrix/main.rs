@@ -1,0 +1,36 @@
+//! Every endpoint with every kind of caller: who may not is refused, and nobody learns anything of another operator.
+//!
+//! REST endpoints are generated from the OpenAPI document, pages from the list of the service, gRPC methods from their
+//! descriptors: one that is new fails here until `expectation` says who may call it, and what to call it with. Each
+//! request is made about things of the caller's own operator, of the other one, and of nobody: the last two must be
+//! answered alike to the byte, apart from the names that the request itself tells. All names and texts of an
+//! operator carry its word, which must appear nowhere else.
+
+#[path = "../in_process/mod.rs"]
+mod in_process;
+
+mod cell;
+mod expectation;
+mod grpc;
+mod names;
+mod principal;
+mod rest;
+mod world;
+
+use world::World;
+
+#[tokio::test]
+async fn nobody_learns_anything_of_another_operator_over_rest() {
+    let mut world = World::make().await;
+    let cells = rest::judge_all(&mut world).await;
+    println!("{cells} answers of REST and pages judged, {} worlds", world.renewals + 1);
+    assert!(cells > 1000, "{cells}");
+}
+
+#[tokio::test]
+async fn nobody_learns_anything_of_another_operator_over_grpc() {
+    let mut world = World::make().await;
+    let cells = grpc::judge_all(&mut world).await;
+    println!("{cells} answers of gRPC judged, {} worlds", world.renewals + 1);
+    assert!(cells > 300, "{cells}");
+}

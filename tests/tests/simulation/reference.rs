@@ -1,0 +1,111 @@
+//! The same inputs, in order, into a fresh service with one worker: nothing may differ.
+
+use std::cmp::Ordering;
+
+use serde_json::Value;
+
+use crate::{
+    hands::{Hands, Stepped},
+    in_process::{clock::Clock, database::Database, service::Service},
+    input::{Input, get},
+    ledger::{Effect, Ledger},
+    operators::Keyring,
+    question::Question,
+};
+
+/// Compares digests and all answers with those of a fresh service.
+pub async fn compare(service: &Service, ledger: &Ledger, keys: &Keyring, clock: &Clock) {
+    let database = Database::sqlite();
+    let fresh = replay(&database.url(), ledger, keys, clock).await;
+    for (operator, book) in ledger.books.iter().enumerate() {
+        for question in Question::all(book) {
+            let path = question.path();
+            let [served, expected] =
+                [service, &fresh].map(|service| service.answer(keys.admin(operator).signed(get(&path))));
+            let (served, expected) = (plain(&served.await.body), plain(&expected.await.body));
+            // A scoreboard judges what was issued, and that depends on when workers came by.
+            if !path.ends_with("/scoreboard") {
+                assert_eq!(served, expected, "{operator}: {path}");
+            }
+        }
+    }
+    // Of generations that were superseded, workers have made as much as they came to.
+    if ledger.effects.iter().any(|effect| matches!(effect, Effect::Activation { all_lives: true, .. })) {
+        return fresh.stop().await;
+    }
+    let digests = [service.store().digest().await, fresh.store().digest().await];
+    let [served, expected] = digests.map(|digest| digest.expect("a digest"));
+    assert_eq!(served, expected);
+    fresh.stop().await;
+}
+
+/// A fresh service that got the inputs in order, each at the time at which it was first received.
+async fn replay(url: &str, ledger: &Ledger, keys: &Keyring, clock: &Clock) -> Service {
+    let end = clock.now();
+    let service = Service::open(url, clock).await;
+    service.provide(clock).await;
+    keys.hand_over(&service, clock.now()).await;
+    let mut epochs: Vec<Vec<&Effect>> = vec![Vec::new()];
+    for effect in &ledger.effects {
+        if let Effect::Activation { .. } = effect {
+            epochs.push(Vec::new());
+        }
+        epochs.last_mut().expect("one at least").push(effect);
+    }
+    for mut epoch in epochs {
+        epoch.sort_by(|a, b| in_order(a, b));
+        for effect in epoch {
+            apply(&service, effect, keys, clock).await;
+        }
+    }
+    clock.set(end);
+    let mut hands = Hands::new(&service, clock);
+    while !matches!(hands.step(&service).await, Stepped::Idle) {}
+    service
+}
+
+async fn apply(service: &Service, effect: &Effect, keys: &Keyring, clock: &Clock) {
+    match effect {
+        Effect::Activation { bundle, all_lives } => service.activate(*bundle, *all_lives, clock).await,
+        Effect::Input { operator, input, at } => {
+            clock.set(*at);
+            let answer = service.answer(keys.admin(*operator).signed(input.request())).await;
+            let words = String::from_utf8_lossy(&answer.body);
+            assert!(answer.status.is_success(), "{}: {words}: {input:?}", answer.status);
+        }
+    }
+}
+
+/// The order of an epoch: its activation, configurations, what happened in the order of lives, what was taken back.
+fn in_order(one: &Effect, other: &Effect) -> Ordering {
+    let key = |effect: &Effect| match effect {
+        Effect::Activation { .. } => (0, 0.0, String::new()),
+        Effect::Input { input, .. } => match input {
+            Input::Configuration { from, .. } => (1, 0.0, from.to_string()),
+            Input::Upload(upload) => (2, upload.flight_hours, upload.recorded_at.to_string()),
+            Input::Event { body, .. } => (2, body.flight_hours, body.occurred_at.clone()),
+            Input::VoidUpload(_) | Input::VoidEvent { .. } | Input::Retry(_) => (3, 0.0, String::new()),
+        },
+    };
+    let (one, other) = (key(one), key(other));
+    one.0.cmp(&other.0).then(one.1.total_cmp(&other.1)).then(one.2.cmp(&other.2))
+}
+
+/// An answer without what tells when something was first heard of.
+fn plain(body: &[u8]) -> Value {
+    match serde_json::from_slice(body) {
+        Ok(value) => without_enrolment(value),
+        Err(_) => Value::String(String::from_utf8_lossy(body).into_owned()),
+    }
+}
+
+fn without_enrolment(value: Value) -> Value {
+    match value {
+        Value::Object(fields) => {
+            let kept = fields.into_iter().filter(|(name, _)| name != "enrolled_at");
+            Value::Object(kept.map(|(name, value)| (name, without_enrolment(value))).collect())
+        }
+        Value::Array(items) => Value::Array(items.into_iter().map(without_enrolment).collect()),
+        other => other,
+    }
+}
