@@ -330,7 +330,7 @@ async fn work(store: Store, clock: HandClock, number: usize, finished: Arc<Atomi
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
-async fn eight_workers_of_two_processes_write_every_result_once_and_in_order() {
+async fn slow_eight_workers_of_two_processes_write_every_result_once_and_in_order() {
     const UPLOADS: usize = 300;
     const UNITS: usize = 12;
     let clock = HandClock::new();

@@ -62,7 +62,7 @@ fn bad_questions_exit_with_2_and_absent_services_with_3() {
     ] {
         refused(&due(&service, &arguments), 2, words);
     }
-    for url in ["nowhere", "https://localhost", "127.0.0.1:8080"] {
+    for url in ["nowhere", "ftp://localhost", "127.0.0.1:8080"] {
         refused(&tests::run(&["due", "--url", url]), 2, url);
     }
     refused(&tests::run(&["due", "--url", "http://127.0.0.1:9"]), 3, "http://127.0.0.1:9");
