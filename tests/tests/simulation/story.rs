@@ -279,7 +279,8 @@ impl<'a> Teller<'a> {
 impl Unit {
     /// Every second serial number is another operator's as well.
     fn new(operator: usize, number: usize, dice: &mut Dice) -> Self {
-        let serial = if number % 2 == 0 { format!("SN-{number}") } else { format!("{}{number}", word(operator)) };
+        let serial =
+            if number.is_multiple_of(2) { format!("SN-{number}") } else { format!("{}{number}", word(operator)) };
         let flight_hours = 10.0 * dice.whole(0..300) as f64;
         let worn_h = dice.number(0.0..200.0);
         Self { serial_number: serial.parse().expect("short"), flight_hours, worn_h, uploads: 0 }
