@@ -1,6 +1,9 @@
 //! Exit codes: 0 ok, 1 failed, 2 bad input, 3 not reachable; one line on an error.
 
-use std::process::ExitCode;
+use std::{
+    io::{self, Write},
+    process::ExitCode,
+};
 
 /// A failure with an exit code of its own; every other error exits with 1.
 #[derive(Debug, thiserror::Error)]
@@ -17,7 +20,8 @@ pub enum Failure {
 /// in one line.
 pub fn usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
-        print!("{error}");
+        // A reader that has seen enough, such as `head`, is no failure.
+        let _ = write!(io::stdout(), "{error}");
         return ExitCode::SUCCESS;
     }
     let text = error.to_string();

@@ -331,7 +331,7 @@ async fn work(store: Store, clock: HandClock, number: usize, finished: Arc<Atomi
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
 async fn slow_eight_workers_of_two_processes_write_every_result_once_and_in_order() {
-    const UPLOADS: usize = 300;
+    const UPLOADS: usize = 150;
     const UNITS: usize = 12;
     let clock = HandClock::new();
     let database = Database::with(Options { clock: Some(clock.clock()), ..Options::default() });
@@ -343,7 +343,7 @@ async fn slow_eight_workers_of_two_processes_write_every_result_once_and_in_orde
         let (finished, fates) = (finished.clone(), Arc::clone(&fates));
         workers.spawn(work(stores[i % 2].clone(), clock.clone(), i, finished, fates));
     }
-    let chaos = Chaos::on(url.clone(), Duration::from_millis(150));
+    let chaos = Chaos::on(url.clone(), Duration::from_millis(500));
     for i in 0..UPLOADS {
         // Backwards now and then, so that states are replaced.
         let hours = if i % 10 == 9 { i - 9 } else { i } as f64;
