@@ -53,7 +53,7 @@ use run::{Tally, run};
 const QUICK: std::ops::Range<u64> = 0..8;
 
 /// What must happen somewhere among many runs, lest they prove nothing.
-const EVERYTHING: [&str; 20] = [
+const EVERYTHING: [&str; 21] = [
     "activations",
     "activations for all lives",
     "conflicts",
@@ -69,6 +69,7 @@ const EVERYTHING: [&str; 20] = [
     "refused tokens",
     "restarts",
     "results refused",
+    "rests",
     "results written",
     "revoked tokens",
     "sleeping workers",

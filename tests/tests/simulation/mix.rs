@@ -34,6 +34,8 @@ pub struct Mix {
     pub restarts: f64,
     /// Days pass at once.
     pub leaps: f64,
+    /// Traffic rests until workers have nothing to do: then nothing may be left undone.
+    pub rests: f64,
     /// Another model is activated.
     pub activations: f64,
     /// An activation is for all lives, and not only for those that begin from then on.
@@ -94,6 +96,7 @@ impl Mix {
             sleeping_workers: share(0.2),
             restarts: share(0.03),
             leaps: share(0.03),
+            rests: share(0.08),
             activations: share(0.02),
             all_lives: share(1.0),
             rotations: share(0.05),

@@ -75,6 +75,7 @@ enum Step {
     Ask,
     Restart,
     Leap,
+    Rest,
     Activate,
     Rotate,
 }
@@ -137,6 +138,7 @@ impl Run {
                 (0.3, Step::Ask),
                 (self.mix.restarts, Step::Restart),
                 (self.mix.leaps, Step::Leap),
+                (self.mix.rests, Step::Rest),
                 (self.mix.activations, Step::Activate),
                 (self.mix.rotations, Step::Rotate),
             ]);
@@ -156,6 +158,10 @@ impl Run {
             Step::Leap => {
                 self.count("leaps");
                 self.clock.pass(86_400.0 * self.dice.number(0.1..20.0));
+            }
+            Step::Rest => {
+                self.count("rests");
+                self.settle().await;
             }
             Step::Rotate => {
                 let what = self.keys.rotate(&self.service, self.clock.now(), &mut self.dice).await;
@@ -338,7 +344,7 @@ impl Run {
         }
     }
 
-    /// Workers come to the end of what waits, also of what is leased to the dead or backs off.
+    /// Workers come to the end of what waits, also of what is leased to the dead or backs off; then no upload waits.
     async fn settle(&mut self) {
         let mut idle_rounds = 0;
         for _ in 0..MOST_STEPS {
@@ -348,6 +354,8 @@ impl Run {
             }
             idle_rounds = if busy { 0 } else { idle_rounds + 1 };
             if idle_rounds == 2 {
+                let figures = self.service.store().work_figures().await.expect("a read");
+                assert_eq!(figures.pending, 0, "workers are idle, but uploads wait");
                 return;
             } else if !busy {
                 self.clock.pass(PATIENCE_S);
@@ -358,8 +366,6 @@ impl Run {
 
     /// Everything is as the ledger says, and as if it had come in order.
     async fn conclude(mut self) -> Outcome {
-        let figures = self.service.store().work_figures().await.expect("a read");
-        assert_eq!(figures.pending, 0, "workers are idle");
         for operator in 0..self.mix.operators {
             self.nothing_is_lost(operator).await;
         }
