@@ -37,10 +37,15 @@ pub fn restore(database: &Database, from: &Path) -> Result<()> {
         let mut arguments: Vec<String> = arguments.map(str::to_owned).into();
         arguments.push(from.display().to_string());
         run("pg_restore", &arguments, &arguments, password)?;
-        let store = database.open_read_only().await?;
-        let checked = backup::check(&store).await;
-        store.close().await;
-        println!("{database}: {}", checked?);
+        match database.open_read_only().await {
+            Ok(store) => {
+                let checked = backup::check(&store).await;
+                store.close().await;
+                println!("{database}: {}", checked?);
+            }
+            // Tables are restored by their owner, as whom nothing is read.
+            Err(why) => println!("{database}: restored; check it by actuary verify --digest as the service ({why})"),
+        }
         Ok(())
     })
 }

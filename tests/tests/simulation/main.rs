@@ -109,8 +109,8 @@ async fn whatever_goes_wrong_what_was_acknowledged_holds() {
 }
 
 #[tokio::test]
-async fn slow_whatever_goes_wrong_in_hundreds_of_runs_what_was_acknowledged_holds() {
-    let total = run_all(100..400).await;
+async fn slow_whatever_goes_wrong_in_many_runs_what_was_acknowledged_holds() {
+    let total = run_all(100..180).await;
     for what in EVERYTHING {
         assert!(total.contains_key(what), "{what} never happened: {total:#?}");
     }
