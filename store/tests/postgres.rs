@@ -310,12 +310,12 @@ async fn work(store: Store, clock: HandClock, number: usize, finished: Arc<Atomi
             Err(error) => panic!("lease: {error}"),
         };
         turn += 1;
-        if turn % 11 == 0 {
+        if turn.is_multiple_of(11) {
             continue; // As if killed.
         }
         let Ok(inputs) = store.life_inputs(&lease).await else { continue };
         let results = inputs.iter().map(results).collect::<Vec<_>>();
-        if turn % 7 == 0 {
+        if turn.is_multiple_of(7) {
             clock.advance(LEASE);
             tokio::task::yield_now().await;
         }

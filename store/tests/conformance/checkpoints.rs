@@ -19,7 +19,7 @@ async fn process(store: &Store, hours: &[f64], pick: impl Fn(&State) -> bool) ->
         store.accept(&operator(), later_upload(&format!("u{at}"), "0001", *at), day(0.0)).await.unwrap();
     }
     let lease = lease(store).await;
-    let mut results = results(&life_inputs(&store, &lease).await);
+    let mut results = results(&life_inputs(store, &lease).await);
     results.checkpoints = results.states.iter().filter(|state| pick(state)).map(checkpoint).collect();
     store.complete(&lease, vec![results.clone()]).await.unwrap();
     results

@@ -18,7 +18,7 @@ async fn issue(store: &Store, operator: &OperatorId, id: &str, flight_hours: f64
     let upload = Upload { flight_hours, ..upload(id, "0001") };
     store.accept(operator, upload, day(0.0)).await.unwrap();
     let lease = lease(store).await;
-    let mut results = results(&life_inputs(&store, &lease).await);
+    let mut results = results(&life_inputs(store, &lease).await);
     let prognosis = results.prognosis.as_mut().unwrap();
     if !forecast {
         prognosis.forecast = Err(InsufficientHistory { missing: "a closed block".to_owned() });

@@ -39,7 +39,7 @@ async fn with_every_state(store: &Store) {
         }
         accept(store, "excluded", serial, 9).await;
         let lease = lease(store).await;
-        let mut results = results(&life_inputs(&store, &lease).await);
+        let mut results = results(&life_inputs(store, &lease).await);
         results.estimates.retain(|estimate| !estimate.upload_id.as_str().starts_with("aside"));
         let aside = (0..3).map(|i| set_aside(&name("aside", serial, i), SetAsideReason::NotFinite));
         results.set_aside = aside.collect();
