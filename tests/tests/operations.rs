@@ -36,6 +36,19 @@ fn refused(database: &Path, arguments: &[&str], code: i32) -> String {
     errors
 }
 
+/// Uploads for a component again, as of its newest data, at the points of a mask.
+async fn upload_at_mask(service: &Service, rul: &Value, mask: &Value) {
+    let samples = vec![0.0752; mask["points"].as_array().unwrap().len()];
+    let upload = json!({
+        "upload_id": "old-mask", "position": rul["position"], "part_number": rul["part_number"],
+        "serial_number": rul["serial_number"], "flight_hours": rul["as_of"]["flight_hours"],
+        "recorded_at": rul["as_of"]["recorded_at"], "mask_id": mask["mask_id"], "samples": samples,
+    });
+    let url = format!("{}/v1/tails/{}/uploads", service.url, rul["tail"].as_str().unwrap());
+    let answer = tests::http().post(url).json(&upload).send().await.unwrap();
+    assert_eq!(answer.status().as_u16(), 202, "{}", answer.text().await.unwrap());
+}
+
 fn fleet(url: &str, hours: u32) -> Command {
     let mut command = Command::new(binary());
     command.args(["simulate", "fleet", "--url", url, "--physics", "closed-form", "--tails", "2", "--seed", "3"]);
@@ -163,11 +176,16 @@ async fn slow_another_bundle_takes_over_beside_a_running_service_and_aircraft_ke
     assert_eq!(service.get(&format!("{path}/health?generation=1")).await["items"], history["items"]);
     assert_ne!(service.get(&format!("{path}/health")).await["items"], history["items"]);
 
-    // The aircraft go on with the mask of the first bundle, which the second does not even publish.
+    // The simulated aircraft fetch the mask of the active bundle; one that keeps the first bundle's, which the second
+    // does not even publish, is understood, too.
     fly(&service.url, 40);
     let later = service.settled_fleet().await;
     assert!(later[0]["as_of"]["flight_hours"].as_f64() > after[0]["as_of"]["flight_hours"].as_f64());
-    assert_eq!(later[0]["mask_id"], before[0]["mask_id"]);
+    assert_ne!(later[0]["mask_id"], before[0]["mask_id"]);
+    upload_at_mask(&service, &later[0], &service.get(&format!("/v1/models/{first}/mask")).await).await;
+    let kept = service.settled_fleet().await;
+    assert_eq!(service.get("/v1/uploads/old-mask").await["state"], "processed");
+    assert_eq!(kept.len(), later.len());
     assert_eq!(items(service.get("/v1/uploads?state=set_aside").await).len(), 0);
 
     let port = service.port();

@@ -112,6 +112,7 @@ pub fn parameter(endpoint: &str, name: &str, of: Owner) -> String {
         ("within_fh", _) => return "300".to_owned(),
         ("risk", _) => return "0.001".to_owned(),
         ("life", _) => return "0".to_owned(),
+        ("generation", _) => return "1".to_owned(),
         ("from_fh", _) => return "0".to_owned(),
         ("to_fh", _) => return "100000".to_owned(),
         ("cursor", "/v1/uploads") => of.upload(1, 0),

@@ -20,7 +20,7 @@ pub async fn compare(service: &Service, ledger: &Ledger, keys: &Keyring, clock: 
     // Generations that are superseded before a worker comes by are never made, and then those after them count less.
     let is_remade = |effect: &Effect| matches!(effect, Effect::Activation { all_lives: true, .. });
     let remade = ledger.effects.iter().any(is_remade);
-    let volatile: &[&str] = if remade { &["enrolled_at", "generation"] } else { &["enrolled_at"] };
+    let volatile: &[&str] = if remade { &["enrolled_at", "generation", "generations"] } else { &["enrolled_at"] };
     for (operator, book) in ledger.books.iter().enumerate() {
         for question in Question::all(book) {
             let path = question.path();
