@@ -360,7 +360,7 @@ fn lives_and_installations_are_those_of_the_definitions_in_any_order() {
 
 #[test]
 fn slow_lives_and_installations_are_those_of_the_definitions_in_many_more_orders() {
-    in_any_order(400);
+    in_any_order(100);
 }
 
 fn in_any_order(cases: u32) {
