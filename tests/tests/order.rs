@@ -52,11 +52,13 @@ async fn send(service: &Service, uploads: &[(&'static str, Value)]) {
     }
 }
 
-/// What `actuary verify --digest` says of a database that nobody serves.
+/// What `actuary verify --digest` says of a database that nobody serves, but for the log of administrative acts:
+/// that tells when they were done.
 fn digest(database: &Path) -> String {
     let output = run(&["verify", "--digest", "--database-url", &format!("sqlite:{}", database.display())]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    let lines = String::from_utf8(output.stdout).unwrap();
+    lines.lines().filter(|line| !line.starts_with("audit log")).map(|line| format!("{line}\n")).collect()
 }
 
 /// All in random order, three in ten of them twice.
