@@ -60,6 +60,11 @@ impl Database {
         Ok(migrated.map_err(|error| self.refuse(error))?)
     }
 
+    /// Whether a Postgres holds tables of this service already.
+    pub async fn has_schema(&self) -> Result<bool> {
+        Ok(Store::has_schema(&self.url()?).await.map_err(|error| self.refuse(error))?)
+    }
+
     /// Opens it for reading only.
     pub async fn open_read_only(&self) -> Result<Store> {
         Ok(Store::open_read_only(&self.url()?).await.map_err(|error| self.refuse(error))?)

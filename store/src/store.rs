@@ -66,6 +66,11 @@ impl Store {
         Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
     }
 
+    /// Whether a Postgres database holds a schema, whichever role asks and whatever its version.
+    pub async fn has_schema(url: &str) -> Result<bool, StoreError> {
+        postgres::has_schema(url).await
+    }
+
     /// Creates the schema of a database or brings it up to date. Of a Postgres database, whoever the URL logs
     /// in as owns the tables; `service_role`, which must be another one that is not above row-level security, is
     /// made a member of `actuary_service`, the role that may serve. SQLite knows no roles.

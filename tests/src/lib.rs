@@ -36,6 +36,15 @@ pub fn run(arguments: &[&str]) -> Output {
     Command::new(binary()).args(arguments).output().expect("the binary starts")
 }
 
+/// The digest that `actuary verify --digest` prints of a database, once every row with a checksum was read.
+pub fn digest(database_url: &str) -> String {
+    let output = run(&["verify", "--digest", "--database-url", database_url]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8(output.stdout).expect("text");
+    let is_digest = |line: &&str| line.len() == 64 && line.bytes().all(|byte| byte.is_ascii_hexdigit());
+    said.lines().find(is_digest).unwrap_or_else(|| panic!("no digest: {said}")).to_owned()
+}
+
 /// A service, or a worker with probes, in a process of its own; killed without warning when dropped.
 pub struct Service {
     child: Child,

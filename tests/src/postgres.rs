@@ -183,6 +183,11 @@ fn shared_cluster() -> Option<&'static str> {
     shared.as_ref().map(|(url, _)| url.as_str())
 }
 
+/// Where Postgres's own programs are, pg_dump among them; Debian keeps them off the path.
+pub fn programs() -> Option<PathBuf> {
+    Programs::find().map(|programs| programs.folder)
+}
+
 /// A cluster of one test, which may stop it and start it again. It ends with its process.
 pub struct Cluster {
     programs: Programs,

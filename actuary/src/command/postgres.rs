@@ -28,8 +28,7 @@ pub fn dump(database: &Database, out: &Path) -> Result<()> {
 /// Restores a backup by pg_restore into a database without tables, in one transaction, and checks it.
 pub fn restore(database: &Database, from: &Path) -> Result<()> {
     on_runtime(async {
-        if let Ok(store) = database.open_read_only().await {
-            store.close().await;
+        if database.has_schema().await? {
             return Err(Failure::BadInput(format!("{database}: holds tables; a restore overwrites nothing")).into());
         }
         let (url, password) = database.login()?;

@@ -34,6 +34,7 @@ use sql::Write;
 use writer::Writer;
 
 pub(crate) use migrate::migrate;
+pub(crate) use open::has_schema;
 
 type Database = sqlx::Postgres;
 type Connection = sqlx::PgConnection;

@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use sqlx::{
-    PgConnection,
+    Connection as _, PgConnection,
     postgres::{PgConnectOptions, PgPoolOptions},
 };
 use tokio::sync::Notify;
@@ -99,10 +99,22 @@ pub(super) async fn check_server(connection: &mut PgConnection) -> Result<(), St
     }
 }
 
+/// Whether the database at `url` holds a schema of any version, whoever asks.
+pub(crate) async fn has_schema(url: &str) -> Result<bool, StoreError> {
+    let mut connection = PgConnection::connect_with(&connect_options(url)?).await?;
+    let found = schema_exists(&mut connection).await?;
+    connection.close().await?;
+    Ok(found)
+}
+
+async fn schema_exists(connection: &mut PgConnection) -> Result<bool, StoreError> {
+    let exists = "select to_regclass('public.schema_info') is not null";
+    Ok(sqlx::query_scalar(exists).fetch_one(connection).await?)
+}
+
 /// The version of the schema, if there is one; refuses one that excludes this build.
 pub(super) async fn schema_version(connection: &mut PgConnection) -> Result<Option<i64>, StoreError> {
-    let exists = "select to_regclass('public.schema_info') is not null";
-    if !sqlx::query_scalar::<_, bool>(exists).fetch_one(&mut *connection).await? {
+    if !schema_exists(connection).await? {
         return Ok(None);
     }
     let (version, min_binary): (i64, i64) =

@@ -59,7 +59,7 @@ async fn undisturbed(folder: &Path, traffic: &Traffic) -> String {
     assert_eq!(ledger.violations(), Vec::<String>::new());
     crew.settle().await;
     drop(crew);
-    verdict::digest(&database)
+    tests::digest(&database)
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -91,7 +91,7 @@ async fn slow_faults_leave_no_trace() {
 
     assert_eq!(ledger.violations(), Vec::<String>::new());
     verdict::check(&database.superuser_url(), &traffic).await;
-    assert_eq!(verdict::digest(&database.service_url()), undisturbed(folder.path(), &traffic).await);
+    assert_eq!(tests::digest(&database.service_url()), undisturbed(folder.path(), &traffic).await);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -111,7 +111,7 @@ async fn slow_any_number_of_workers_gives_the_digest_of_one() {
         drop(crew);
         assert_eq!(ledger.violations(), Vec::<String>::new());
         verdict::check(&database.superuser_url(), traffic).await;
-        digests.push(verdict::digest(&database.service_url()));
+        digests.push(tests::digest(&database.service_url()));
     }
     digests.push(undisturbed(folder.path(), &sent.unwrap()).await);
     digests.dedup();

@@ -1,18 +1,8 @@
 //! What must be true of a database after all that.
 
 use sqlx::{Connection, PgConnection};
-use tests::run;
 
 use crate::traffic::Traffic;
-
-/// The digest that `actuary verify --digest` prints of a database, once every row with a checksum was read.
-pub fn digest(database: &str) -> String {
-    let output = run(&["verify", "--digest", "--database-url", database]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let said = String::from_utf8(output.stdout).unwrap();
-    let is_digest = |line: &&str| line.len() == 64 && line.bytes().all(|byte| byte.is_ascii_hexdigit());
-    said.lines().find(is_digest).unwrap_or_else(|| panic!("no digest: {said}")).to_owned()
-}
 
 /// Every upload is there once and was processed once; results of a component are in one order.
 pub async fn check(superuser: &str, traffic: &Traffic) {
