@@ -69,10 +69,17 @@ struct Running {
 pub struct Answer {
     /// Its status.
     pub status: StatusCode,
-    /// Its headers.
+    /// Its headers, and its trailers.
     pub headers: HeaderMap,
     /// Its body.
     pub body: Bytes,
+}
+
+impl Answer {
+    /// Whether what was asked for was done.
+    pub fn is_success(&self) -> bool {
+        self.status.is_success() && self.headers.get("grpc-status").is_none_or(|status| status == "0")
+    }
 }
 
 impl Service {
@@ -152,8 +159,10 @@ impl Service {
     /// Answers one request to its end.
     pub async fn answer(&self, request: Request<Body>) -> Answer {
         let (parts, body) = self.router().oneshot(request).await.expect("a router never fails").into_parts();
-        let body = body.collect().await.expect("an answer in this process").to_bytes();
-        Answer { status: parts.status, headers: parts.headers, body }
+        let collected = body.collect().await.expect("an answer in this process");
+        let mut headers = parts.headers;
+        headers.extend(collected.trailers().cloned().unwrap_or_default());
+        Answer { status: parts.status, headers, body: collected.to_bytes() }
     }
 
     /// Begins to answer a request whose client is gone after so many turns of the other tasks.

@@ -4,11 +4,9 @@ use axum::{
     body::Body,
     http::{Method, Request},
 };
-use http_body_util::BodyExt;
 use prost::Message;
 use prost_types::FileDescriptorSet;
 use proto::{grpc::from_upload, v1};
-use tower::ServiceExt;
 
 use crate::{
     cell::{keep_silent, plain},
@@ -68,7 +66,7 @@ async fn judge(world: &mut World, path: &str, expectation: Expectation, principa
 }
 
 /// A message about an owner's things, by the method.
-fn message(path: &str, of: Owner) -> Vec<u8> {
+pub fn message(path: &str, of: Owner) -> Vec<u8> {
     match path.rsplit('/').next().expect("a method") {
         "Upload" | "UploadStream" => {
             let upload = world::upload(of, 1, 50).into_upload(of.tail(1).parse().expect("a tail"));
@@ -95,23 +93,23 @@ fn text(message: &[u8]) -> String {
     message.iter().map(|&byte| char::from(byte)).collect()
 }
 
-async fn call(world: &mut World, path: &str, message: &[u8], principal: &Principal) -> Answer {
+/// A call of a method.
+pub fn request(path: &str, message: &[u8], principal: &Principal) -> Request<Body> {
     let mut framed = vec![0];
     framed.extend((message.len() as u32).to_be_bytes());
     framed.extend(message);
     let request = Request::builder().method(Method::POST).uri(path).header("te", "trailers");
     let request = principal.signs(request.header("content-type", "application/grpc"));
-    let request = request.body(Body::from(framed)).expect("a path");
-    let changes = path.starts_with("/actuary.v1.Ingest/");
-    let (parts, body) = world.service().router().oneshot(request).await.expect("a router never fails").into_parts();
-    let collected = body.collect().await.expect("an answer in this process");
-    let mut headers = parts.headers;
-    headers.extend(collected.trailers().cloned().unwrap_or_default());
-    let answer = Answer { status: parts.status, headers, body: collected.to_bytes() };
-    if changes && code(&answer) == 0 {
-        world.renew().await;
-    }
-    answer
+    request.body(Body::from(framed)).expect("a path")
+}
+
+/// Whether a method may change anything.
+pub fn changes(path: &str) -> bool {
+    path.starts_with("/actuary.v1.Ingest/")
+}
+
+async fn call(world: &mut World, path: &str, message: &[u8], principal: &Principal) -> Answer {
+    world.answer(request(path, message, principal), changes(path)).await
 }
 
 fn code(answer: &Answer) -> u16 {

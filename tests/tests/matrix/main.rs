@@ -5,6 +5,9 @@
 //! request is made about things of the caller's own operator, of the other one, and of nobody: the last two must be
 //! answered alike to the byte, apart from the names that the request itself tells. All names and texts of an
 //! operator carry its word, which must appear nowhere else.
+//!
+//! Then both operators call all their things alike: what one is answered must be the same as if the other were not
+//! there, and whatever the other changes.
 
 #[path = "../in_process/mod.rs"]
 mod in_process;
@@ -15,13 +18,15 @@ mod grpc;
 mod names;
 mod principal;
 mod rest;
+mod twins;
 mod world;
 
-use world::World;
+use names::Owner::{Alpha, Bravo};
+use world::{Inhabitant, World};
 
 #[tokio::test]
 async fn nobody_learns_anything_of_another_operator_over_rest() {
-    let mut world = World::make().await;
+    let mut world = World::make(&[Alpha, Bravo].map(Inhabitant::called_by_its_own)).await;
     let cells = rest::judge_all(&mut world).await;
     println!("{cells} answers of REST and pages judged, {} worlds", world.renewals + 1);
     assert!(cells > 1000, "{cells}");
@@ -29,8 +34,15 @@ async fn nobody_learns_anything_of_another_operator_over_rest() {
 
 #[tokio::test]
 async fn nobody_learns_anything_of_another_operator_over_grpc() {
-    let mut world = World::make().await;
+    let mut world = World::make(&[Alpha, Bravo].map(Inhabitant::called_by_its_own)).await;
     let cells = grpc::judge_all(&mut world).await;
     println!("{cells} answers of gRPC judged, {} worlds", world.renewals + 1);
     assert!(cells > 300, "{cells}");
+}
+
+#[tokio::test]
+async fn what_one_is_answered_does_not_depend_on_another_of_the_same_names() {
+    let (compared, changes) = twins::judge_all().await;
+    println!("{compared} answers compared, {changes} changes of the other operator");
+    assert!(compared > 300 && changes > 8, "{compared}, {changes}");
 }

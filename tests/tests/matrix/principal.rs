@@ -13,6 +13,8 @@ pub enum Kind {
     Malformed,
     /// Shows a token that there is not.
     Unknown,
+    /// Shows the id of an administrator's token, with another secret.
+    WrongSecret,
     /// An administrator whose token has expired.
     Expired,
     /// An administrator whose token was revoked.
@@ -36,7 +38,8 @@ impl Kind {
 
     /// Whether it is known who that is.
     pub fn is_known(self) -> bool {
-        !matches!(self, Self::Nothing | Self::Malformed | Self::Unknown | Self::Expired | Self::Revoked)
+        use Kind::{Expired, Malformed, Nothing, Revoked, Unknown, WrongSecret};
+        !matches!(self, Nothing | Malformed | Unknown | WrongSecret | Expired | Revoked)
     }
 }
 

@@ -92,6 +92,19 @@ impl Endpoint {
     }
 }
 
+/// Requests to all endpoints that are not public, about one owner's things, as one caller makes them; each with
+/// whether it may change anything.
+pub async fn requests(world: &World, of: Owner, principal: &Principal) -> Vec<(Request<Body>, bool)> {
+    let mut requests = Vec::new();
+    for endpoint in endpoints(world).await {
+        if of_rest(&endpoint.method, &endpoint.path).allowed != Allowed::Everyone {
+            let changes = endpoint.method != "get";
+            requests.extend(endpoint.calls(of).iter().map(|call| (call.of(principal), changes)));
+        }
+    }
+    requests
+}
+
 /// Goes through all endpoints, callers and things; tells how many answers were judged.
 pub async fn judge_all(world: &mut World) -> usize {
     let mut cells = 0;

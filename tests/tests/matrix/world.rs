@@ -42,15 +42,13 @@ pub struct World {
 }
 
 impl World {
-    /// Makes the world.
-    pub async fn make() -> Self {
+    /// Makes a world of these operators.
+    pub async fn make(inhabitants: &[Inhabitant]) -> Self {
         let (folder, clock) = (tempfile::tempdir().expect("a folder"), Clock::at(now()));
         let service = Service::open(&url(&folder, "template"), &clock).await;
         service.provide(&clock).await;
-        for owner in [Owner::Alpha, Owner::Bravo] {
-            for tail in 1..=2 {
-                populate(&service, owner, tail).await;
-            }
+        for inhabitant in inhabitants {
+            inhabitant.move_in(&service).await;
         }
         work(&service, &clock).await;
         let principals = introduce(&service).await;
@@ -68,10 +66,15 @@ impl World {
     /// Answers, and is as at first again where the answer changed anything.
     pub async fn answer(&mut self, request: Request<Body>, may_change: bool) -> Answer {
         let answer = self.service.answer(request).await;
-        if may_change && answer.status.is_success() {
+        if may_change && answer.is_success() {
             self.renew().await;
         }
         answer
+    }
+
+    /// Lets workers come to the end of what waits.
+    pub async fn work(&self) {
+        work(&self.service, &self.clock).await;
     }
 
     /// Makes it as it was at first.
@@ -100,25 +103,72 @@ fn renew(folder: &TempDir) {
     fs::copy(file(folder, "template"), &served).expect("the template is closed");
 }
 
-/// Everything that a tail of an operator has: uploads, an event, a sensor configuration. Nobody has a token yet, so
-/// that the store is told directly.
-async fn populate(service: &Service, owner: Owner, tail: usize) {
-    let (operator, store) = (owner.operator(), service.store());
-    for number in 0..UPLOADS {
-        let upload = upload(owner, tail, number).into_upload(owner.tail(tail).parse().expect("a tail"));
-        store.accept(&operator, upload.expect("an upload"), now()).await.expect("stored");
+/// An operator, and whose names its things have. What they are differs.
+pub struct Inhabitant {
+    /// Who.
+    pub operator: Owner,
+    /// How it calls them.
+    pub names: Owner,
+}
+
+impl Inhabitant {
+    /// One whose things carry its own word.
+    pub fn called_by_its_own(operator: Owner) -> Self {
+        Self { operator, names: operator }
     }
-    let (at, position) = (owner.tail(tail).parse().expect("a tail"), owner.position().parse().expect("a position"));
-    if tail == 1 {
-        let event = event(owner).into_event(at, position, now()).expect("an event");
-        store.record_event(&operator, &event, now()).await.expect("stored");
+
+    /// Sends all that it has. Nobody has a token yet, so that the store is told directly.
+    async fn move_in(&self, service: &Service) {
+        for tail in 1..=2 {
+            for number in 0..UPLOADS {
+                self.fly(service, tail, number).await;
+            }
+            self.configure(service, tail).await;
+        }
+        let note = Some(format!("seen by {}", self.operator.word()));
+        let seen = MaintenanceBody { note, ..event(self.names) };
+        self.report(service, seen.clone()).await;
+        let named = |name: &str| MaintenanceBody { event_id: format!("{}.{name}", self.names.event()), ..seen.clone() };
+        let failed = MaintenanceBody { outcome: Some(FindingOutcome::Failed), ..named("end") };
+        let second = self.names.serial(2);
+        if self.operator == Owner::Alpha {
+            self.report(service, MaintenanceBody { serial_number: second, ..failed }).await;
+            return;
+        }
+        self.report(service, MaintenanceBody { flight_hours: 4030.0, ..failed }).await;
+        let done = |kind: MaintenanceKind, body: MaintenanceBody| MaintenanceBody { kind, outcome: None, ..body };
+        let overhauled = MaintenanceBody { flight_hours: 4045.0, ..named("overhaul") };
+        self.report(service, done(MaintenanceKind::Overhaul, overhauled)).await;
+        let removed = MaintenanceBody { serial_number: second, ..named("removal") };
+        self.report(service, done(MaintenanceKind::Remove, removed)).await;
+        let (mistaken, act) = (self.names.upload(1, 2).parse().expect("a name"), domain::Actor::Cli.at(now()));
+        service.store().void_upload(&self.operator.operator(), &mistaken, act).await.expect("stored");
     }
-    let (from, configuration) = configuration(owner).checked().expect("a configuration");
-    let at = owner.tail(tail).parse().expect("a tail");
-    store
-        .add_sensor_configuration(&operator, &at, from, &configuration, domain::Actor::Cli.at(now()))
-        .await
-        .expect("stored");
+
+    async fn fly(&self, service: &Service, tail: usize, number: usize) {
+        let mut body = upload(self.names, tail, number);
+        let wear = if self.operator == Owner::Alpha { 1.0 } else { 0.98 };
+        body.samples.iter_mut().flatten().for_each(|sample| *sample *= wear);
+        let upload = body.into_upload(self.names.tail(tail).parse().expect("a tail")).expect("an upload");
+        service.store().accept(&self.operator.operator(), upload, now()).await.expect("stored");
+    }
+
+    async fn configure(&self, service: &Service, tail: usize) {
+        let mut new = configuration(self.names);
+        new.configuration.strain_gratings[0].place = format!("{} glue", self.operator.word());
+        let (from, configuration) = new.checked().expect("a configuration");
+        let (operator, act) = (self.operator.operator(), domain::Actor::Cli.at(now()));
+        let at = self.names.tail(tail).parse().expect("a tail");
+        let added = service.store().add_sensor_configuration(&operator, &at, from, &configuration, act);
+        added.await.expect("stored");
+    }
+
+    async fn report(&self, service: &Service, body: MaintenanceBody) {
+        let (at, position) = (self.names.tail(1), self.names.position());
+        let event = body.into_event(at.parse().expect("a tail"), position.parse().expect("a position"), now());
+        let (operator, event) = (self.operator.operator(), event.expect("an event"));
+        service.store().record_event(&operator, &event, now()).await.expect("stored");
+    }
 }
 
 /// Judges what was sent.
@@ -210,8 +260,12 @@ async fn introduce(service: &Service) -> Vec<Principal> {
             principals.push(Principal { owner: Some(owner), kind, shown: Some(format!("Bearer {}", token.reveal())) });
         }
     }
-    let stranger = Token::issue([255; 32]);
-    principals.push(Principal::nobody(Kind::Unknown, Some(format!("Bearer {}", stranger.reveal()))));
+    let bearer = |text: &str| Some(format!("Bearer {text}"));
+    let stranger = Token::issue([255; 32]).reveal();
+    principals.push(Principal::nobody(Kind::Unknown, bearer(&stranger)));
+    let (_, secret) = stranger.split_once('.').expect("a secret");
+    let wrong = format!("{}.{secret}", Token::issue([number; 32]).id);
+    principals.push(Principal::nobody(Kind::WrongSecret, bearer(&wrong)));
     principals
 }
 
