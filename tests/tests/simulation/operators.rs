@@ -116,10 +116,14 @@ impl Keyring {
         }
     }
 
-    /// Replaces somebody's key: the new one is handed over, and of two in use the old one is revoked.
-    pub async fn rotate(&mut self, service: &Service, now: Timestamp, dice: &mut Dice) -> &'static str {
+    /// A key that may be replaced.
+    pub fn spare(&self, dice: &mut Dice) -> usize {
         let spare: Vec<usize> = (0..self.keys.len()).filter(|&number| self.is_spare(number)).collect();
-        let old = *dice.pick(&spare);
+        *dice.pick(&spare)
+    }
+
+    /// Replaces a key: its owner is handed another one; of two in use the older one is revoked.
+    pub async fn replace(&mut self, old: usize, service: &Service, now: Timestamp) -> &'static str {
         let Key { operator, scope, token, .. } = self.keys[old].clone();
         let twin = (old + 1..self.keys.len()).any(|number| {
             let key = &self.keys[number];

@@ -163,10 +163,7 @@ impl Run {
                 self.count("rests");
                 self.settle().await;
             }
-            Step::Rotate => {
-                let what = self.keys.rotate(&self.service, self.clock.now(), &mut self.dice).await;
-                self.count(what);
-            }
+            Step::Rotate => self.rotate().await,
             Step::Activate => {
                 let bundle = self.dice.whole(0..Bundle::all().len());
                 let all_lives = self.dice.chance(self.mix.all_lives);
@@ -326,6 +323,28 @@ impl Run {
             false => keeps_within(&answer, operator, &question.path()),
         };
         judged.unwrap_or_else(|wrong| panic!("{} asks {}: {wrong}", operators::name(operator), question.path()));
+    }
+
+    /// Somebody's key is replaced who is using it, and goes on to show the old one for a while.
+    async fn rotate(&mut self) {
+        let old = self.keys.spare(&mut self.dice);
+        self.show(old).await;
+        let what = self.keys.replace(old, &self.service, self.clock.now()).await;
+        self.count(what);
+        self.clock.pass(self.dice.number(0.0..2.0));
+        self.show(old).await;
+    }
+
+    /// The owner of a key asks what everyone may ask.
+    async fn show(&mut self, key: usize) {
+        let key = self.keys.key(key);
+        let answer = self.service.answer(key.signed(get(&Question::Models.path()))).await;
+        let refused = answer.status == 401;
+        let (may_be_refused, must_be_refused) = key.is_refused(self.clock.now());
+        assert!(if refused { may_be_refused } else { !must_be_refused }, "{key:?} is answered {answer:?}");
+        if refused {
+            self.count("refused tokens");
+        }
     }
 
     /// The service ends, in order or not, and comes back; those who worked in its process end with it.
