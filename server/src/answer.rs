@@ -5,7 +5,7 @@ use proto::json::{
     AsOfBody, Doubt, EndOfLife, ExplanationBody, FailureProbability, Fault, LoadBody, MaskBody, ModelItem, MonteCarlo,
     Page, PropagationBody, RulBody, RulQuantiles, Status, TailItem,
 };
-use store::{BundleRecord, Installed, InstalledTail};
+use store::{BundleRecord, ComponentRecord, Installed, InstalledTail, LifeBeginning};
 
 use crate::{State, refusal::Refusal};
 
@@ -75,10 +75,17 @@ pub fn status(state: &State, installed: &Installed) -> Status {
 
 /// What a forecast of a component still needs; `None` when there is one.
 pub fn missing(installed: &Installed) -> Option<String> {
-    match &installed.prognosis {
-        None => Some("no upload of this component has been judged yet".to_owned()),
-        Some(prognosis) => prognosis.forecast.as_ref().err().map(|history| history.missing.clone()),
-    }
+    let missing = match &installed.prognosis {
+        None => "no upload of this component has been judged yet",
+        Some(prognosis) => &prognosis.forecast.as_ref().err()?.missing,
+    };
+    Some(match &installed.began {
+        None => missing.to_owned(),
+        Some(overhaul) => {
+            let LifeBeginning { flight_hours, occurred_at, .. } = overhaul;
+            format!("since the overhaul at {flight_hours:.1} flight hours ({occurred_at}): {missing}")
+        }
+    })
 }
 
 /// Dates at which quantiles of remaining life are flown; `None` for a tail that does not fly.
@@ -153,11 +160,19 @@ pub fn next_cursor<T>(items: &mut Vec<T>, limit: u32, cursor: impl Fn(&T) -> Str
 
 /// A component, if anything is known of it.
 pub async fn known(state: &State, component: Component) -> Result<Component, Refusal> {
-    let Component { part_number, serial_number, .. } = &component;
     match state.store.knows_component(&component).await? {
-        false => Err(Refusal::NotFound(format!("component {part_number} {serial_number} is not known"))),
+        false => Err(unknown(&component)),
         true => Ok(component),
     }
+}
+
+/// What is known of a component.
+pub async fn record(state: &State, component: &Component) -> Result<ComponentRecord, Refusal> {
+    state.store.component(component).await?.ok_or_else(|| unknown(component))
+}
+
+fn unknown(Component { part_number, serial_number, .. }: &Component) -> Refusal {
+    Refusal::NotFound(format!("component {part_number} {serial_number} is not known"))
 }
 
 /// All bundles, the oldest first.

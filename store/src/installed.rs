@@ -2,6 +2,8 @@
 
 use domain::{EventId, PartNumber, Position, Prognosis, SerialNumber, TailNumber, Timestamp, UploadId};
 
+use crate::LifeBeginning;
+
 /// A component at the position where it is installed now.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Installed {
@@ -15,6 +17,8 @@ pub struct Installed {
     pub serial_number: SerialNumber,
     /// Which of its lives it is in.
     pub overhaul_index: u32,
+    /// The overhaul with which that life began; `None` for the life that began when the component was new.
+    pub began: Option<LifeBeginning>,
     /// Start of the installation as far as it is known.
     pub since: Timestamp,
     /// What was issued last in the active generation of the life; `None` for a life without history.

@@ -1,5 +1,6 @@
 //! What maintenance finds ends lives, and forecasts are judged by it.
 
+use domain::prognosis::InsufficientHistory;
 use proto::{
     json::RulBody,
     v1::{self, fleet_health_client::FleetHealthClient},
@@ -102,6 +103,33 @@ async fn a_component_that_was_found_failed_has_failed() {
     let html = house.get("/tails/EC-MXA/positions/AIL-L").await.text().await.unwrap();
     assert!(html.contains("badge failed") && html.contains("Found failed on the ground at 230 flight hours"));
     assert!(!html.contains("<b>"), "what mechanics write is escaped");
+}
+
+#[tokio::test]
+async fn what_a_new_life_lacks_is_told_since_its_overhaul() {
+    let house = house().await;
+    let overhaul = json!({"event_id": "WO-3", "kind": "overhaul", "part_number": "EMA-500", "serial_number": "SN 1",
+        "occurred_at": "2026-03-01T09:00:00Z", "flight_hours": 201.25});
+    assert_eq!(report(&house, &overhaul).await.0, 201);
+    let since = "since the overhaul at 201.2 flight hours (2026-03-01T09:00:00Z)";
+    let missing = async |words: &str| {
+        let rul = house.read(&format!("{PLACE}/rul")).await;
+        let missing = format!("{since}: {words}");
+        assert_eq!((&rul["missing"], &rul["status"]), (&json!(missing), &json!("insufficient_history")));
+        let mut grpc = FleetHealthClient::new(house.channel().await);
+        let place = v1::GetRulRequest { tail: "EC-MXA".into(), position: "AIL-L".into(), within_fh: vec![] };
+        assert_eq!(grpc.get_rul(place).await.unwrap().into_inner().missing.as_ref(), Some(&missing));
+        assert_eq!(house.read("/v1/fleet/due").await["unknown"][0]["reason"], missing);
+        let page = house.get("/tails/EC-MXA/positions/AIL-L").await.text().await.unwrap();
+        assert!(page.contains(&format!("No forecast yet: {missing}.")), "{page}");
+    };
+    missing("no upload of this component has been judged yet").await;
+    house.wait_days(2.0);
+    let mut first = house.body("u9", 210.0);
+    first["recorded_at"] = json!("2026-03-02T12:00:00Z");
+    assert_eq!(house.upload("EC-MXA", &first).await.status(), 202);
+    house.work(Err(InsufficientHistory { missing: "a closed block".to_owned() })).await;
+    missing("a closed block").await;
 }
 
 #[tokio::test]

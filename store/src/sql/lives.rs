@@ -106,13 +106,23 @@ pub(super) async fn delete_after(
     Ok(())
 }
 
-#[derive(sqlx::FromRow)]
-struct LifeRow {
+/// A life with what it began with.
+#[derive(Debug, sqlx::FromRow)]
+pub(super) struct LifeRow {
     #[sqlx(flatten)]
-    pointer: LifePointer,
+    pub(super) pointer: LifePointer,
     began_by: Option<String>,
     began_fh: f64,
     began_at: i64,
+}
+
+impl LifeRow {
+    /// The overhaul with which it began; `None` for the life that began when the component was new.
+    pub(super) fn beginning(&self) -> Result<Option<LifeBeginning>, StoreError> {
+        let event_id = self.began_by.as_deref().map(|id| parse::<EventId>("lives", id)).transpose()?;
+        let occurred_at = Timestamp::from_micros(self.began_at);
+        Ok(event_id.map(|event_id| LifeBeginning { event_id, occurred_at, flight_hours: self.began_fh }))
+    }
 }
 
 /// The lives of a component, the oldest first, each with the overhaul that it began with.
@@ -127,12 +137,7 @@ pub(super) async fn of_component(
     .bind_component(component)
     .fetch_all(connection)
     .await?;
-    let life = |LifeRow { pointer, began_by, began_fh, began_at }: LifeRow| {
-        let event_id = began_by.as_deref().map(|id| parse::<EventId>("lives", id)).transpose()?;
-        let occurred_at = Timestamp::from_micros(began_at);
-        Ok((pointer, event_id.map(|event_id| LifeBeginning { event_id, occurred_at, flight_hours: began_fh })))
-    };
-    rows.into_iter().map(life).collect()
+    rows.into_iter().map(|row| Ok((row.pointer, row.beginning()?))).collect()
 }
 
 /// A life of a component by its number, or the newest one, with the generation wanted, or the one that answers.

@@ -6,7 +6,7 @@ use domain::{Component, OperatorId, Position, TailNumber, Timestamp};
 
 use super::{
     Connection, Engine, endings,
-    lives::LifePointer,
+    lives::LifeRow,
     prognoses::PrognosisRow,
     row::{Body, ComponentColumns, count, parse},
     utilisation,
@@ -20,7 +20,7 @@ macro_rules! installed {
     ($condition:literal) => {
         concat!(
             "select i.operator, i.part_number, i.serial_number, i.tail, i.position, i.from_at, l.overhaul_index,
-                    l.generation,
+                    l.generation, l.began_by, l.began_fh, l.began_at,
                     (select count(*) from inbox w
                      where w.operator = i.operator and w.part_number = i.part_number
                        and w.serial_number = i.serial_number) as pending,
@@ -148,8 +148,8 @@ struct InstalledRow {
     tail: String,
     position: String,
     from_at: i64,
-    overhaul_index: i64,
-    generation: i64,
+    #[sqlx(flatten)]
+    life: LifeRow,
     pending: i64,
     fence: Option<i64>,
     issued_at: Option<i64>,
@@ -165,12 +165,13 @@ impl InstalledRow {
         found_failed: &BTreeMap<Component, f64>,
     ) -> Result<Installed, StoreError> {
         let component = self.key.component(INSTALLATIONS)?;
-        let pointer = LifePointer { overhaul_index: self.overhaul_index, generation: self.generation };
+        let pointer = self.life.pointer;
         let prognosis = self.prognosis_row().map(|row| row.prognosis(&component, pointer)).transpose()?;
         Ok(Installed {
             tail: parse(INSTALLATIONS, &self.tail)?,
             position: parse(INSTALLATIONS, &self.position)?,
-            overhaul_index: count("lives", self.overhaul_index)?,
+            overhaul_index: count("lives", pointer.overhaul_index)?,
+            began: self.life.beginning()?,
             since: Timestamp::from_micros(self.from_at),
             prognosis,
             found_failed_fh: found_failed.get(&component).copied(),
