@@ -2,11 +2,11 @@
 
 use domain::Component;
 use proto::json::{HealthItem, Page, StateItem};
-use store::{HistoryOf, LifeCursor};
+use store::{HistoryOf, LifeCursor, LifeRecord};
 
 use crate::{
     State,
-    answer::{fault_models, fault_names, next_cursor},
+    answer::{self, fault_models, fault_names, next_cursor},
     cursor,
     refusal::Refusal,
 };
@@ -72,25 +72,35 @@ pub async fn history(state: &State, component: &Component, range: &Range, view: 
 
 /// Refuses a life that a component has not had yet, and a generation that the life has not.
 async fn must_have(state: &State, component: &Component, range: &Range) -> Result<(), Refusal> {
-    let lives = state.store.component(component).await?.map(|record| record.lives).unwrap_or_default();
+    let lives = answer::record(state, component).await?.lives;
+    let life = life(component, &lives, range.life)?;
     let Component { part_number, serial_number, .. } = component;
+    let has = |wanted: u32| life.generations.iter().any(|one| one.generation.number == wanted);
+    match range.generation {
+        Some(wanted) if !has(wanted) => Err(Refusal::NotFound(format!(
+            "life {} of component {part_number} {serial_number} has no generation {wanted}: generation {} answers",
+            life.overhaul_index, life.generation.number
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The life of a component by its number, or the newest one.
+pub fn life<'a>(
+    component: &Component,
+    lives: &'a [LifeRecord],
+    wanted: Option<u32>,
+) -> Result<&'a LifeRecord, Refusal> {
     let newest = lives.len().saturating_sub(1);
-    let number = range.life.map_or(newest, |life| life as usize);
-    let Some(life) = lives.get(number) else {
+    let number = wanted.map_or(newest, |life| life as usize);
+    lives.get(number).ok_or_else(|| {
         let told = match newest {
             0 => "it has not been overhauled, its only life is 0".to_owned(),
             newest => format!("its lives are 0 to {newest}"),
         };
-        return Err(Refusal::NotFound(format!("component {part_number} {serial_number} has no life {number}: {told}")));
-    };
-    let has = |wanted: u32| life.generations.iter().any(|one| one.generation.number == wanted);
-    match range.generation {
-        Some(wanted) if !has(wanted) => Err(Refusal::NotFound(format!(
-            "life {number} of component {part_number} {serial_number} has no generation {wanted}: generation {} answers",
-            life.generation.number
-        ))),
-        _ => Ok(()),
-    }
+        let Component { part_number, serial_number, .. } = component;
+        Refusal::NotFound(format!("component {part_number} {serial_number} has no life {number}: {told}"))
+    })
 }
 
 async fn estimates(

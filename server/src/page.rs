@@ -3,10 +3,13 @@
 
 mod chart;
 mod component;
+mod course;
 mod docs;
 mod due;
+mod earlier;
 mod fleet;
 mod reasons;
+mod record;
 mod scoreboard;
 mod words;
 

@@ -129,6 +129,11 @@ impl Parameters {
         self.number(name, HOURS_RULE, is_hours)
     }
 
+    /// The number of a life.
+    pub fn life(&mut self) -> Option<u32> {
+        self.parsed("life", "the number of a life, from 0", |text| text.parse().ok())
+    }
+
     /// A list of flight hours, separated by commas.
     pub fn hours_list(&mut self, name: &str) -> Option<Vec<f64>> {
         self.parsed(name, "1 to 64 flight hours, each 0 to 1000000, separated by commas", |text| {

@@ -2,19 +2,26 @@
 
 use askama::Template;
 use axum::{extract::State as Extract, response::Response};
-use domain::{FaultModel, FaultTrend, State as Block, rul::QUANTILE_LEVELS};
 use proto::json::{LoadBody, LoadSource, RulBody};
+use store::{Installed, LifeBeginning};
 
 use super::{
-    chart::{Chart, Sample},
+    course::Course,
+    earlier::EarlierPage,
     html,
     reasons::{Reasons, Warning},
-    words::{Badge, grouped, hours},
+    record::Record,
+    words::{Badge, day, grouped, hours},
 };
-use crate::{answer, app::Shared, auth::Caller, parameters::Named, refusal::Refusal, rest::Place};
-
-/// Blocks on a chart: 20,000 flight hours.
-const MAX_BLOCKS: u32 = 1000;
+use crate::{
+    answer,
+    app::Shared,
+    auth::Caller,
+    history,
+    parameters::{Named, Pairs},
+    refusal::Refusal,
+    rest::Place,
+};
 
 #[derive(Template)]
 #[template(path = "component.html")]
@@ -31,42 +38,66 @@ struct ComponentPage {
     quantiles: Vec<(&'static str, String)>,
     /// Within, probability.
     failures: Vec<(String, String)>,
-    rul_chart: Option<Chart>,
-    fault_charts: Vec<Chart>,
+    course: Course,
     /// Name, value with its sigma, trend.
     faults: Vec<(String, String, String)>,
+    /// Since when it is here.
+    since: String,
+    /// Whether and when it was overhauled.
+    overhauled: String,
+    record: Record,
 }
 
-/// `GET /tails/{tail}/positions/{position}`
+/// `GET /tails/{tail}/positions/{position}`: the present life of what is installed there, or an earlier `life`.
 pub async fn get(
     Extract(shared): Extract<Shared>,
     caller: Caller,
     Named(place): Named<Place>,
+    pairs: Pairs,
 ) -> Result<Response, Refusal> {
+    let mut parameters = pairs.read(&["life"]);
+    let wanted = parameters.life();
+    parameters.finish()?;
     let state = &shared.state;
     let installed = answer::installed_at(state, caller.operator(), &place.tail, &place.position).await?;
-    let body = answer::rul(state, &installed, None);
-    let hours_now = installed.prognosis.as_ref().map_or(0.0, |prognosis| prognosis.as_of.flight_hours);
-    let from_fh = hours_now - f64::from(MAX_BLOCKS) * domain::state::BLOCK_FH;
     let component = answer::component(caller.operator(), &installed);
-    let blocks = state.store.states(&component, None, Some(from_fh.max(0.0)), None, None, MAX_BLOCKS).await?;
-    let models = answer::fault_models(state).await?;
-    let model = installed.prognosis.as_ref().map(|prognosis| prognosis.model);
-    let faults = model.and_then(|model| models.iter().find(|(hash, _)| *hash == model)).map(|(_, faults)| faults);
+    let known = answer::record(state, &component).await?;
+    let events = state.store.events(&component).await?;
+    let shown = wanted.unwrap_or(installed.overhaul_index);
+    let course = Course::read(state, &component, history::life(&component, &known.lives, Some(shown))?).await?;
+    let record = Record::new(&installed, shown, known, events);
+    if shown != installed.overhaul_index {
+        return html(&EarlierPage::new(installed, course, record));
+    }
+    let body = answer::rul(state, &installed, None);
     html(&ComponentPage {
         badge: Badge::of(&body),
         as_of: as_of(&body),
+        since: day(installed.since),
+        overhauled: overhauled(&installed),
         load: body.load.as_ref().map(load),
         found_failed: body.found_failed_fh.map(grouped),
         warnings: Warning::all(&body),
         reasons: Reasons::of(&body),
         quantiles: quantiles(&body),
         failures: failures(&body),
-        rul_chart: rul_chart(&blocks),
-        fault_charts: fault_charts(&blocks, faults),
         faults: fault_rows(&body),
+        course,
+        record,
         body,
     })
+}
+
+/// Whether it was overhauled, and when.
+fn overhauled(installed: &Installed) -> String {
+    let Some(LifeBeginning { flight_hours, occurred_at, .. }) = &installed.began else {
+        return "never overhauled".to_owned();
+    };
+    let when = format!("at {} flight hours on {}", grouped(*flight_hours), day(*occurred_at));
+    match installed.overhaul_index {
+        1 => format!("overhauled {when}, which began a new life"),
+        times => format!("overhauled {times} times, the last time {when}, which began a new life"),
+    }
 }
 
 fn as_of(body: &RulBody) -> String {
@@ -133,51 +164,4 @@ fn fault_rows(body: &RulBody) -> Vec<(String, String, String)> {
         (name.clone(), value, format!("{:+.4}", fault.trend_per_1000_fh))
     };
     body.fault_vector.iter().flatten().map(row).collect()
-}
-
-/// The quantiles of remaining life as they were known at the end of each block; a censored one lies
-/// at the horizon.
-fn rul_chart(blocks: &[Block]) -> Option<Chart> {
-    let horizon = blocks.iter().map(|block| block.horizon_fh).fold(0.0, f64::max);
-    let at = |level: usize| move |block: &Block| block.rul_quantiles_fh[level].unwrap_or(block.horizon_fh);
-    let sample = |low: usize, high: usize| -> Vec<Sample> {
-        let of = |block: &Block| Sample { x: block.as_of.flight_hours, low: at(low)(block), high: at(high)(block) };
-        blocks.iter().map(of).collect()
-    };
-    let censored = blocks.iter().any(|block| block.rul_quantiles_fh.iter().any(Option::is_none));
-    let chart = Chart::new("Remaining useful life, flight hours")
-        .band(
-            "wide",
-            &format!("{:.0} to {:.0} %", 100.0 * QUANTILE_LEVELS[0], 100.0 * QUANTILE_LEVELS[6]),
-            sample(0, 6),
-        )
-        .band("narrow", "25 to 75 %", sample(2, 4))
-        .line("median", "median", sample(3, 3));
-    let chart = if censored { chart.rule(horizon, "horizon: beyond is unknown") } else { chart };
-    chart.with_zero().size(940.0, 300.0).draw()
-}
-
-/// One chart per fault: the filtered value within two standard deviations.
-fn fault_charts(blocks: &[Block], faults: Option<&FaultModel>) -> Vec<Chart> {
-    let count = blocks.last().map_or(0, |block| block.faults.len());
-    let chart = |i: usize| {
-        let spread = |sigmas: f64| -> Vec<Sample> {
-            let of = |block: &Block, fault: &FaultTrend| Sample {
-                x: block.as_of.flight_hours,
-                low: fault.value - sigmas * fault.sigma,
-                high: fault.value + sigmas * fault.sigma,
-            };
-            blocks.iter().filter_map(|block| Some(of(block, block.faults.get(i)?))).collect()
-        };
-        let chart = Chart::new(&format!("Fault {}", blocks.last()?.faults[i].name))
-            .band("wide", "two standard deviations", spread(2.0))
-            .line("median", "filtered value", spread(0.0));
-        let nominal = faults.and_then(|faults| faults.nominal.get(i).copied());
-        let chart = match nominal {
-            Some(nominal) => chart.rule(nominal, "nominal"),
-            None => chart,
-        };
-        chart.size(370.0, 220.0).draw()
-    };
-    (0..count).filter_map(chart).collect()
 }

@@ -1,5 +1,6 @@
 //! Statuses and numbers as people read them.
 
+use domain::Timestamp;
 use proto::json::{RulBody, Status};
 
 /// Below this 10 % quantile of remaining life a forecast asks for attention, flight hours.
@@ -60,6 +61,18 @@ pub fn percent(probability: f64) -> String {
     if percent < 9.95 && percent.fract() != 0.0 { format!("{percent:.1} %") } else { format!("{percent:.0} %") }
 }
 
+/// The day of a time, in UTC.
+pub fn day(time: Timestamp) -> String {
+    let text = time.to_string();
+    text.split('T').next().unwrap_or_default().to_owned()
+}
+
+/// The minute of a time, in UTC.
+pub fn minute(time: Timestamp) -> String {
+    let text = time.to_string();
+    text.get(..16).map_or_else(|| text.clone(), |minute| minute.replace('T', " "))
+}
+
 /// A whole number in groups of three digits, parted by thin no-break spaces.
 pub fn grouped(number: f64) -> String {
     let digits = format!("{:.0}", number.abs());
@@ -79,6 +92,12 @@ pub fn grouped(number: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times_are_cut_at_the_minute() {
+        let time: Timestamp = "2026-03-01T13:30:59.25+01:00".parse().unwrap();
+        assert_eq!((day(time), minute(time)), ("2026-03-01".to_owned(), "2026-03-01 12:30".to_owned()));
+    }
 
     #[test]
     fn digits_come_in_threes() {

@@ -9,7 +9,7 @@ use proto::json::{
 use store::{ComponentRecord, Contradiction, EventRecord, Installation, LifeCursor, LifeRecord};
 
 use super::{Unit, maintenance, problems::Lookup};
-use crate::{app::Shared, auth::Caller, parameters::Named, refusal::Refusal};
+use crate::{answer, app::Shared, auth::Caller, parameters::Named, refusal::Refusal};
 
 /// A component: where it was installed, its lives, and what maintenance found.
 #[utoipa::path(
@@ -26,9 +26,7 @@ pub async fn get(
     Named(unit): Named<Unit>,
 ) -> Result<Json<ComponentBody>, Refusal> {
     let component = unit.component(caller.operator());
-    let Component { part_number, serial_number, .. } = &component;
-    let unknown = || Refusal::NotFound(format!("component {part_number} {serial_number} is not known"));
-    let record = shared.state.store.component(&component).await?.ok_or_else(unknown)?;
+    let record = answer::record(&shared.state, &component).await?;
     let events = shared.state.store.events(&component).await?;
     Ok(Json(body(component, record, events)))
 }

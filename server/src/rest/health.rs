@@ -99,7 +99,7 @@ fn read(pairs: Pairs) -> Result<(Range, View), Refusal> {
     let range = Range {
         from_fh: parameters.hours("from_fh"),
         to_fh: parameters.hours("to_fh"),
-        life: parameters.parsed("life", "the number of a life, from 0", |text| text.parse().ok()),
+        life: parameters.life(),
         generation: parameters.parsed("generation", "the number of a generation, from 1", |text| text.parse().ok()),
         limit: parameters.limit(),
     };

@@ -1,7 +1,7 @@
 //! The pages say what the interface says, for people.
 
 use domain::prognosis::{Forecast, InsufficientHistory};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::house::{House, doubtful, explanation, forecast};
 
@@ -103,4 +103,85 @@ async fn a_component_without_history_says_so() {
     let html = page(&house, "/tails/EC-NEW/positions/AIL-L").await;
     assert!(html.contains("No forecast yet: a closed block."));
     assert!(!html.contains("<svg"));
+}
+
+/// Reports about a component of tail EC-MXA, which end its first life and move it to EC-MXB.
+async fn maintained() -> House {
+    let house = House::open().await;
+    let hours: Vec<f64> = (0..10).map(|i| 20.0 * f64::from(i)).collect();
+    judged(&house, "EC-MXA", &hours, Ok(forecast(80))).await;
+    let event = |id: &str, kind: &str, day: u32, flight_hours: f64| {
+        json!({"event_id": id, "kind": kind, "part_number": "EMA-500", "serial_number": "<b>EC-MXA</b>",
+            "occurred_at": format!("2026-02-{day:02}T08:30:00Z"), "flight_hours": flight_hours, "note": "<b>note</b>"})
+    };
+    let mut failed = event("WO-2", "finding", 24, 181.0);
+    failed["outcome"] = json!("failed");
+    let mut wrong = event("WO-1", "finding", 10, 75.0);
+    wrong["outcome"] = json!("serviceable");
+    let shop = [wrong, failed, event("WO-3", "remove", 25, 181.0), event("WO-4", "overhaul", 26, 181.0)];
+    for event in shop {
+        assert_eq!(report(&house, "EC-MXA", &event).await, 201);
+    }
+    assert_eq!(report(&house, "EC-MXB", &event("WO-5", "install", 27, 181.0)).await, 201);
+    assert_eq!(house.act("/v1/tails/EC-MXA/positions/AIL-L/maintenance/WO-1/void").await.status(), 200);
+    house
+}
+
+async fn report(house: &House, tail: &str, event: &Value) -> u16 {
+    let post = house.client.post(format!("{}/v1/tails/{tail}/positions/AIL-L/maintenance", house.url));
+    post.json(event).send().await.unwrap().status().as_u16()
+}
+
+#[tokio::test]
+async fn a_component_tells_its_lives_its_places_and_its_maintenance() {
+    let house = maintained().await;
+    let html = page(&house, "/tails/EC-MXB/positions/AIL-L").await;
+    let place = |tail: &str| format!("<a href=\"/tails/{tail}/positions/AIL-L\">{tail}, AIL-L</a>");
+    let told = [
+        "here since 2026-02-27, overhauled at 181 flight hours on 2026-02-26, which began a new life".to_owned(),
+        "after overhaul 1<small>shown on this page</small></th><td>2026-02-26, at 181 fh</td>".to_owned(),
+        "<a href=\"/tails/EC-MXB/positions/AIL-L?life=0\">from new</a></th><td>when it was new</td>\
+         <td>180 fh, 2026-02-23</td><td>found failed at 181 fh, then overhauled at 181 fh</td>"
+            .to_owned(),
+        format!("{}</th><td>2026-02-27 08:30</td><td>now</td><td>maintenance</td>", place("EC-MXB")),
+        format!("{}</th><td>2026-02-01 00:00</td><td>2026-02-25 08:30</td><td>uploads</td>", place("EC-MXA")),
+        "<tr class=\"voided\"><th scope=\"row\"><del>found serviceable</del><small>taken back on 2026-03-01</small>"
+            .to_owned(),
+    ];
+    for words in told {
+        assert!(html.contains(&words), "{words}: {html}");
+    }
+    let order = ["WO-5", "WO-4", "WO-3", "WO-2", "WO-1"].map(|id| html.find(&format!("<td>{id}</td>")).unwrap());
+    assert!(order.is_sorted(), "the newest first");
+    assert_eq!(html.matches("&#60;b&#62;note").count(), 5);
+    assert!(!html.contains("<b>"), "names and notes are escaped");
+}
+
+#[tokio::test]
+async fn an_earlier_life_stays_readable() {
+    let house = maintained().await;
+    let html = page(&house, "/tails/EC-MXB/positions/AIL-L?life=0").await;
+    assert_eq!(html.matches("<svg").count(), 6, "remaining life and five faults");
+    assert!(html.contains("The life from new of part EMA-500") && !html.contains("http-equiv=\"refresh\""));
+    assert!(html.contains("from new<small>shown on this page") && !html.contains("<b>"));
+    let present = page(&house, "/tails/EC-MXB/positions/AIL-L?life=1").await;
+    assert_eq!(present, page(&house, "/tails/EC-MXB/positions/AIL-L").await);
+    let refused = house.refused("/tails/EC-MXB/positions/AIL-L?life=2", 404).await;
+    assert!(refused["detail"].as_str().unwrap().contains("its lives are 0 to 1"), "{refused}");
+    for bad in ["life=-1", "life=x", "live=0"] {
+        house.refused(&format!("/tails/EC-MXB/positions/AIL-L?{bad}"), 422).await;
+    }
+}
+
+#[tokio::test]
+async fn a_component_that_uploads_contradict_says_so() {
+    let house = maintained().await;
+    house.wait_days(2.0);
+    let mut body = house.body("late", 185.0);
+    body["serial_number"] = json!("<b>EC-MXA</b>");
+    body["recorded_at"] = json!("2026-03-02T00:00:00Z");
+    assert_eq!(house.upload("EC-MXA", &body).await.status(), 202);
+    let html = page(&house, "/tails/EC-MXB/positions/AIL-L").await;
+    let words = "From 2026-03-02 00:00 on, uploads saw it on EC-MXA, AIL-L; but WO-5 says that EMA-500 &#60;b&#62;EC-MXA&#60;/b&#62; is on EC-MXB, AIL-L.";
+    assert!(html.contains(words), "{html}");
 }
