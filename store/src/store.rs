@@ -348,7 +348,8 @@ impl Store {
         backend!(self, sensor_configurations(operator, tail))
     }
 
-    /// Leases the component that has waited longest, if one waits and is not leased or backing off.
+    /// Leases the component that has waited longest, if one waits and is not leased or backing off: for `duration`,
+    /// and for longer after attempts that ended without a result ([`Lease::duration`]).
     pub async fn lease(&self, duration: Duration) -> Result<Option<Lease>, StoreError> {
         backend!(self, lease(duration))
     }

@@ -3,7 +3,7 @@
 //! Workers lease components, not uploads: whoever holds a lease is alone with the component, and
 //! what it writes is refused once another holds a later one.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
 use domain::{
     Component, ContentHash, Estimate, Life, Prognosis, SensorConfiguration, SetAside, State, Timestamp, Upload,
@@ -22,6 +22,18 @@ pub struct Lease {
     pub fence: i64,
     /// Attempts since the last completed one that ended without a result; 0 at first.
     pub attempts: u32,
+}
+
+impl Lease {
+    /// How often the time of a lease is doubled at most.
+    const DOUBLINGS: u32 = 4;
+
+    /// How long a component is claimed: `first`, twice as long after each attempt that ended without a result, and
+    /// 16 times as long at most. So an analysis that outlasts a lease ends within a later one, and a worker that
+    /// dies does not keep a component for ever.
+    pub fn duration(first: Duration, attempts: u32) -> Duration {
+        first.saturating_mul(1 << attempts.min(Self::DOUBLINGS))
+    }
 }
 
 /// Which (bundle, prior) pair judges a life.
@@ -116,4 +128,19 @@ pub struct WorkFigures {
     /// Uploads of a Postgres database that lie in no partition of their month, counted up to 1000: it should
     /// be 0.
     pub without_partition: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leases_double_with_each_attempt_and_end_at_last() {
+        let seconds = |first, attempts| Lease::duration(Duration::from_secs(first), attempts).as_secs();
+        assert_eq!(
+            [0, 1, 2, 3, 4, 5, u32::MAX].map(|attempts| seconds(120, attempts)),
+            [120, 240, 480, 960, 1920, 1920, 1920]
+        );
+        assert_eq!(Lease::duration(Duration::MAX, 1), Duration::MAX);
+    }
 }

@@ -29,7 +29,8 @@ pub use crate::analyst::{Analysis, Analyst};
 pub struct Settings {
     /// Components analysed at the same time.
     pub concurrency: NonZeroUsize,
-    /// How long a component is claimed; an analysis that takes longer is done again by another.
+    /// How long a component is claimed; an analysis that takes longer is done again, with more time
+    /// ([`Lease::duration`]).
     pub lease: Duration,
     /// How long to wait for news before looking again.
     pub idle: Duration,

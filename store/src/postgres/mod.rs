@@ -28,7 +28,6 @@ use sqlx::{PgPool, Transaction};
 use tokio::{sync::Notify, task::AbortHandle};
 
 use crate::{Clock, StoreError};
-use dialect::LEASE_NEXT;
 use lanes::Lanes;
 use sql::Write;
 use writer::Writer;

@@ -41,7 +41,7 @@ mod utilisation;
 mod verify;
 mod write;
 
-use super::{Arguments, Connection, Database, Engine, LEASE_NEXT};
+use super::{Arguments, Connection, Database, Engine};
 
 pub(crate) use job::{Job, waiting};
 #[allow(unused_imports, reason = "SQLite has no walls")]

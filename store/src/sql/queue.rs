@@ -4,7 +4,8 @@
 //! `input_revision`; a result sets `processed_revision` to the revision that its lease had read, if
 //! the lease still holds; a component waits while input > processed, so that an input during
 //! processing is never lost. A lease adds 1 to `fence` and to `attempts`; a result sets `attempts`
-//! to 0. `not_before` is when a component began to wait, or when its back-off ends; the smallest
+//! to 0. Each attempt has twice the time of the one before ([`Lease::duration`]), whether a worker was too slow,
+//! failed or died; only an attempt that a correction ends does not count. `not_before` is when a component began to wait, or when its back-off ends; the smallest
 //! goes first. What takes results back also ends the lease, so that nothing is written that rests on
 //! them. *Requires:* results and their check of the fence in one transaction.
 
@@ -13,7 +14,7 @@ use std::time::Duration;
 use domain::{Component, Timestamp};
 
 use super::{
-    Connection, Engine, LEASE_NEXT, lives,
+    Connection, Engine, lives,
     row::{BindKey, ComponentColumns, count},
     write::{Reach, Write},
 };
@@ -148,24 +149,24 @@ pub(super) async fn finish(connection: &mut Connection, lease: &Lease, now: Time
     Ok(finished.rows_affected() == 1)
 }
 
-#[derive(sqlx::FromRow)]
-struct LeaseRow {
-    #[sqlx(flatten)]
-    key: ComponentColumns,
-    input_revision: i64,
-    fence: i64,
-    attempts: i64,
-}
-
-impl LeaseRow {
-    fn lease(self) -> Result<Lease, StoreError> {
-        Ok(Lease {
-            component: self.key.component(QUEUE)?,
-            input_revision: self.input_revision,
-            fence: self.fence,
-            attempts: count(QUEUE, self.attempts - 1)?,
-        })
+/// The component that has waited longest.
+async fn next(connection: &mut Connection, now: Timestamp) -> Result<Option<(Component, u32)>, StoreError> {
+    #[derive(sqlx::FromRow)]
+    struct Next {
+        #[sqlx(flatten)]
+        key: ComponentColumns,
+        attempts: i64,
     }
+    let next: Option<Next> = sqlx::query_as(concat!(
+        "select operator, part_number, serial_number, attempts from component_queue
+         where input_revision > processed_revision and not_before <= $1 and lease_until <= $1
+         order by not_before, operator, part_number, serial_number limit 1",
+        unless_locked!()
+    ))
+    .bind(now.micros())
+    .fetch_optional(connection)
+    .await?;
+    next.map(|Next { key, attempts }| Ok((key.component(QUEUE)?, count(QUEUE, attempts)?))).transpose()
 }
 
 struct LeaseNext {
@@ -180,12 +181,17 @@ impl Write for LeaseNext {
     }
 
     async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<Option<Lease>, StoreError> {
-        let row: Option<LeaseRow> = sqlx::query_as(LEASE_NEXT)
-            .bind(now.micros())
-            .bind(later(now, self.duration))
-            .fetch_optional(connection)
-            .await?;
-        row.map(LeaseRow::lease).transpose()
+        let Some((component, attempts)) = next(connection, now).await? else { return Ok(None) };
+        let (input_revision, fence) = sqlx::query_as(
+            "update component_queue set lease_until = $4, fence = fence + 1, attempts = attempts + 1
+             where operator = $1 and part_number = $2 and serial_number = $3
+             returning input_revision, fence",
+        )
+        .bind_component(&component)
+        .bind(later(now, Lease::duration(self.duration, attempts)))
+        .fetch_one(connection)
+        .await?;
+        Ok(Some(Lease { component, input_revision, fence, attempts }))
     }
 }
 

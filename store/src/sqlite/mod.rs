@@ -14,7 +14,6 @@ use domain::OperatorId;
 use sqlx::{SqlitePool, Transaction};
 
 use crate::{Clock, StoreError};
-use dialect::LEASE_NEXT;
 use sql::Write;
 use writer::Writer;
 

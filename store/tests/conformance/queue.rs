@@ -8,8 +8,8 @@ use store::{Completion, Options, Store};
 use tokio::{task::JoinSet, time::timeout};
 
 use crate::fixture::{
-    Database, HandClock, LEASE, component, day, drain, later_upload, lease, life_inputs, operator, results, serve,
-    upload,
+    self, Database, HandClock, LEASE, component, day, drain, later_upload, lease, life_inputs, operator, results,
+    serve, upload,
 };
 
 /// Longer than anything here takes: only a hang runs into it.
@@ -17,6 +17,10 @@ const HANG: Duration = Duration::from_secs(30);
 
 async fn accept(store: &Store, id: &str, serial: &str) {
     store.accept(&operator(), upload(id, serial), day(0.0)).await.unwrap();
+}
+
+async fn void(store: &Store, id: &str) {
+    store.void_upload(&operator(), &id.parse().unwrap(), fixture::by_hand(0.0)).await.unwrap();
 }
 
 fn by_hand() -> (HandClock, Database) {
@@ -100,6 +104,50 @@ async fn an_abandoned_component_backs_off_and_remembers_its_attempts() {
     drain(&store).await;
     accept(&store, "u2", "0001").await;
     assert_eq!(lease(&store).await.attempts, 0, "a result forgets the attempts before it");
+}
+
+#[tokio::test]
+async fn an_analysis_that_outlasts_its_lease_ends_within_a_later_one_though_uploads_keep_coming() {
+    let (clock, database) = by_hand();
+    let store = database.ready().await;
+    accept(&store, "u1", "0001").await;
+    for attempts in 0..4 {
+        let slow = lease(&store).await;
+        assert_eq!(slow.attempts, attempts);
+        let inputs = life_inputs(&store, &slow).await;
+        for passed in 1..=5 {
+            clock.advance(LEASE);
+            accept(&store, &format!("u{attempts}.{passed}"), "0001").await;
+        }
+        let expected = if attempts == 3 { Completion::Done } else { Completion::Fenced };
+        assert_eq!(store.complete(&slow, vec![results(&inputs)]).await.unwrap(), expected, "attempt {attempts}");
+    }
+    assert_eq!(store.pending().await.unwrap(), 5, "what came during the last attempt");
+    let next = lease(&store).await;
+    assert_eq!(next.attempts, 0);
+    clock.advance(LEASE);
+    assert_eq!(serve(&store, &next).await, Completion::Fenced, "after a result, a lease is as long as at first");
+}
+
+#[tokio::test]
+async fn a_correction_ends_an_attempt_that_does_not_count_and_lets_the_next_have_its_time() {
+    let (clock, database) = by_hand();
+    let store = database.ready().await;
+    accept(&store, "u1", "0001").await;
+    accept(&store, "u2", "0001").await;
+    let slow = lease(&store).await;
+    clock.advance(LEASE);
+    void(&store, "u2").await;
+    let corrected = lease(&store).await;
+    assert_eq!(corrected.attempts, slow.attempts + 1, "the lease had ended before the correction came");
+    clock.advance(LEASE);
+    assert_eq!(store.lease(LEASE).await.unwrap(), None, "it lasts twice as long");
+    void(&store, "u1").await;
+    let next = lease(&store).await;
+    assert_eq!(next.attempts, corrected.attempts);
+    clock.advance(LEASE);
+    assert_eq!(store.lease(LEASE).await.unwrap(), None);
+    assert_eq!(serve(&store, &next).await, Completion::Done);
 }
 
 #[tokio::test]

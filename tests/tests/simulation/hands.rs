@@ -7,7 +7,7 @@ use worker::{Analysis, Analyst};
 
 use crate::in_process::{clock::Clock, service::Service};
 
-/// How long a component is claimed.
+/// How long a component is claimed at first.
 pub const LEASE: Duration = Duration::from_secs(60);
 
 /// One worker and what it holds.
@@ -41,9 +41,12 @@ impl Hands {
         Self { analyst: Analyst::new(service.store().clone(), clock.asked()), held: Held::Nothing }
     }
 
-    /// Whether it has a component in hand.
-    pub fn is_busy(&self) -> bool {
-        !matches!(self.held, Held::Nothing)
+    /// What it holds, if anything.
+    pub fn lease(&self) -> Option<&Lease> {
+        match &self.held {
+            Held::Nothing => None,
+            Held::Leased(lease) | Held::Analysed(lease, _) => Some(lease),
+        }
     }
 
     /// Takes its next step.

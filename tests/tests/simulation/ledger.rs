@@ -138,7 +138,7 @@ impl Ledger {
 
     /// Takes note of a lease.
     pub fn leased(&mut self, lease: &Lease, now: Timestamp) {
-        let until = now.plus_hours(LEASE.as_secs_f64() / 3600.0);
+        let until = now.plus_hours(Lease::duration(LEASE, lease.attempts).as_secs_f64() / 3600.0);
         let held = Held { fence: lease.fence, until, revised: false };
         if let Some(before) = self.leases.insert(lease.component.clone(), held) {
             let component = &lease.component;

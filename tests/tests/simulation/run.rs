@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use domain::OperatorId;
+use store::Lease;
 
 use crate::{
     dice::Dice,
@@ -24,8 +25,8 @@ use crate::{
 
 /// Most steps until everything must have been acknowledged.
 const MOST_STEPS: usize = 20_000;
-/// More than any worker's back-off, seconds.
-const PATIENCE_S: f64 = 600.0;
+/// More than any worker's back-off, and than the longest lease of a dead one, seconds.
+const PATIENCE_S: f64 = 1000.0;
 
 /// How often each thing happened.
 pub type Tally = BTreeMap<&'static str, u64>;
@@ -273,7 +274,8 @@ impl Run {
     /// A worker takes its next step, or dies, or sleeps through its lease before.
     async fn work(&mut self) {
         let worker = self.dice.whole(0..self.hands.len());
-        if self.hands[worker].is_busy() {
+        if let Some(lease) = self.hands[worker].lease() {
+            let slept = Lease::duration(LEASE, lease.attempts).as_secs_f64() + 1.0;
             if self.dice.chance(self.mix.killed_workers) {
                 self.count("killed workers");
                 self.hands[worker] = Hands::new(&self.service, &self.clock);
@@ -281,7 +283,7 @@ impl Run {
             }
             if self.dice.chance(self.mix.sleeping_workers) {
                 self.count("sleeping workers");
-                self.clock.pass(LEASE.as_secs_f64() + 1.0);
+                self.clock.pass(slept);
                 return;
             }
         }
