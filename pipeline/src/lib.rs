@@ -29,7 +29,7 @@ pub use estimate::EstimateError;
 pub use loads::{LoadModel, LoadReferences};
 pub use metrics::{DiagnosisMetrics, Metrics, SurrogateMetrics, Validation};
 pub use outlook::{Checkpoint, LifeContext, Outlook, OutlookError};
-pub use prior::{PastLife, Prior};
+pub use prior::{OtherFaults, PastLife, Prior};
 pub use reduction::{ImportanceSampling, Prior as GappyPrior};
 pub use rehearsal::RehearsalError;
 pub use training::{Progress, TrainError, TrainSettings, train};

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use domain::{ContentHash, Estimate};
-use prognosis::{FinishedLife, FleetPrior, NoHistory, block::Observation, learn_from_finished};
+use domain::{ContentHash, Estimate, UploadId};
+use prognosis::{FinishedLife, FleetPrior, block::Observation, learn_from_finished};
 
 use crate::{Model, course::observation};
 
@@ -30,6 +30,18 @@ pub struct PastLife {
     pub failure_fh: f64,
 }
 
+/// A life that is to teach holds an estimate that is not of the bundle's faults.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the estimate of {upload_id} tells {found} faults, the bundle knows {expected}")]
+pub struct OtherFaults {
+    /// The upload.
+    pub upload_id: UploadId,
+    /// How many faults its estimate tells.
+    pub found: usize,
+    /// How many the bundle knows.
+    pub expected: usize,
+}
+
 impl Prior {
     /// Under the name that its content gives it.
     pub fn new(body: FleetPrior) -> Self {
@@ -53,8 +65,10 @@ impl Model {
         &self.prior
     }
 
-    /// What finished lives teach, starting from the bundle's own prior. Offline: seconds to minutes on all cores.
-    pub fn learn_prior(&self, lives: &[PastLife]) -> Result<Prior, NoHistory> {
+    /// What finished lives teach, starting from the bundle's own prior, which stays where nothing was seen of them.
+    /// Offline: seconds to minutes on all cores. Refuses estimates that are not of the bundle's faults.
+    pub fn learn_prior(&self, lives: &[PastLife]) -> Result<Prior, OtherFaults> {
+        lives.iter().flat_map(|life| &life.estimates).try_for_each(|estimate| self.knows_faults_of(estimate))?;
         let since_beginning = |life: &PastLife, observation: Observation| Observation {
             t_fh: observation.t_fh - life.began_fh,
             ..observation
@@ -65,6 +79,16 @@ impl Model {
         };
         let lives: Vec<FinishedLife> = lives.iter().map(finished).collect();
         let Self { bundle, prior, .. } = self;
-        learn_from_finished(&prior.body, &lives, &bundle.faults, &bundle.surrogate, SEED).map(Prior::new)
+        let learned = learn_from_finished(&prior.body, &lives, &bundle.faults, &bundle.surrogate, SEED);
+        Ok(learned.map_or_else(|_| Prior::clone(prior), Prior::new))
+    }
+
+    fn knows_faults_of(&self, estimate: &Estimate) -> Result<(), OtherFaults> {
+        let Some(diagnosis) = estimate.usable() else { return Ok(()) };
+        let (found, expected) = (diagnosis.fault_vector.values().len(), self.bundle.faults.nominal.len());
+        if [found, diagnosis.sigma.len()] == [expected; 2] {
+            return Ok(());
+        }
+        Err(OtherFaults { upload_id: estimate.upload_id.clone(), found, expected })
     }
 }

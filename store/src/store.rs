@@ -211,9 +211,21 @@ impl Store {
     /// What can be learned now, by operator and part number: each part number of an operator of which at
     /// least [`Lesson::MIN_LIVES`] lives judged by the active bundle have ended, and at least
     /// [`Lesson::GROWTH`] times as many as its newest prior was learned from. A lesson stays until such a
-    /// prior is added.
+    /// prior is added; while it is claimed, it is not listed.
     pub async fn lessons(&self) -> Result<Vec<Lesson>, StoreError> {
         backend!(self, lessons())
+    }
+
+    /// Claims a lesson, so that no other worker takes it meanwhile; tells whether it could still be claimed. A
+    /// claim ends with the prior, or after `duration`, which grows like that of a lease with the attempts that
+    /// taught nothing ([`Lease::duration`]): a lesson that fails is tried again less and less often.
+    pub async fn claim_lesson(&self, lesson: &Lesson, duration: Duration) -> Result<bool, StoreError> {
+        backend!(self, claim_lesson(lesson, duration))
+    }
+
+    /// Hands back a lesson that was claimed and not taken to its end, as if nobody had tried it.
+    pub async fn release_lesson(&self, lesson: &Lesson) -> Result<(), StoreError> {
+        backend!(self, release_lesson(lesson))
     }
 
     /// The finished lives of a part number that are judged by a bundle, with their histories, by serial

@@ -2,11 +2,11 @@
 //!
 //! A learned prior judges the lives that begin after it was learned; lives that go on keep theirs. It is
 //! learned per operator and part number, from the bundle's own prior and all finished lives: never from
-//! those of another operator.
+//! those of another operator. One worker of all takes a lesson, by a claim on it.
 
 use std::{sync::Arc, time::Duration};
 
-use pipeline::{PastLife, Prior};
+use pipeline::PastLife;
 use store::{FinishedLife, Lesson, PriorRecord, Store};
 use tokio::task::spawn_blocking;
 use tokio_util::sync::CancellationToken;
@@ -15,30 +15,48 @@ use crate::{Analyst, Settings, WorkerError, models::Models, wait};
 
 /// How often to ask whether there is something to learn.
 const PAUSE: Duration = Duration::from_secs(10);
+/// How long a lesson is one worker's at first: longer than one takes, and the pause after one that fails.
+const CLAIM: Duration = Duration::from_secs(600);
 
 /// Learns until `shutdown`.
 pub async fn learn(store: Store, analyst: Arc<Analyst>, settings: Settings, shutdown: CancellationToken) {
     let settings = Settings { idle: PAUSE, ..settings };
     while !shutdown.is_cancelled() {
         match store.lessons().await {
-            // A lesson may take minutes. It is a function of what the store holds, so one that is left is taken again.
-            Ok(lessons) => tokio::select! {
-                () = take_all(lessons, &store, &analyst.models, &settings) => {}
-                () = shutdown.cancelled() => {}
-            },
+            Ok(lessons) => {
+                for lesson in lessons {
+                    if !shutdown.is_cancelled() {
+                        claim_and_take(&lesson, &store, &analyst.models, &settings, &shutdown).await;
+                    }
+                }
+            }
             Err(error) => tracing::error!(%error, "cannot look for what there is to learn"),
         }
         wait(std::future::pending(), &settings, &shutdown).await;
     }
 }
 
-/// Takes one lesson after the other; one that fails keeps no other waiting.
-async fn take_all(lessons: Vec<Lesson>, store: &Store, models: &Models, settings: &Settings) {
-    for lesson in lessons {
-        if let Err(error) = take(&lesson, store, models, settings).await {
-            let Lesson { operator, part_number, .. } = &lesson;
-            tracing::error!(%operator, %part_number, %error, "cannot learn from finished lives");
+/// Takes a lesson unless another worker does; one that fails keeps no other waiting.
+async fn claim_and_take(
+    lesson: &Lesson,
+    store: &Store,
+    models: &Models,
+    settings: &Settings,
+    shutdown: &CancellationToken,
+) {
+    let taken = async {
+        if store.claim_lesson(lesson, CLAIM).await? {
+            tokio::select! {
+                taken = take(lesson, store, models, settings) => taken?,
+                // A lesson may take minutes. It is a function of what the store holds, so another worker takes it anew.
+                () = shutdown.cancelled() => store.release_lesson(lesson).await?,
+            }
         }
+        Ok::<_, WorkerError>(())
+    };
+    if let Err(error) = taken.await {
+        let Lesson { operator, part_number, .. } = lesson;
+        tracing::error!(%operator, %part_number, %error, "cannot learn from finished lives");
     }
 }
 
@@ -50,9 +68,7 @@ async fn take(lesson: &Lesson, store: &Store, models: &Models, settings: &Settin
     let past = finished.into_iter().map(past);
     let (past, model): (Vec<PastLife>, _) = (past.collect(), models.get(hash).await?);
     let teacher = model.clone();
-    let learned = spawn_blocking(move || teacher.learn_prior(&past)).await?;
-    // Lives of which nothing was ever seen leave the bundle's own: that is what they taught.
-    let prior = learned.unwrap_or_else(|_| Prior::clone(model.prior()));
+    let prior = spawn_blocking(move || teacher.learn_prior(&past)).await??;
     let record = PriorRecord {
         part_number: part_number.clone(),
         hash: prior.hash,

@@ -74,6 +74,9 @@ pub enum WorkerError {
     /// The analysis of the whole life failed, not that of one upload.
     #[error("analysis of a life: {0}")]
     Analysis(#[from] pipeline::OutlookError),
+    /// Finished lives could not teach.
+    #[error("learning from finished lives: {0}")]
+    Learning(#[from] pipeline::OtherFaults),
     /// The analysis panicked.
     #[error("analysis of a life ended abnormally: {0}")]
     Abnormal(#[from] JoinError),

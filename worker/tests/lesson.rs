@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use common::{now, start, store, upload, work};
 use domain::{Diagnosis, Estimate, EventKind, FaultVector, Finding, MaintenanceEvent, OperatorId, Outcome, Upload};
-use pipeline::{Model, Prior};
+use pipeline::{Model, PastLife, Prior};
 use store::{Completion, Lesson, LifeResults, Store};
 
 /// Uploads of one life, hours between them.
@@ -100,6 +100,7 @@ async fn finished_lives_teach_the_prior_of_later_ones() {
     }
     work(&store).await;
     learn(&store).await;
+    assert_eq!(store.lessons().await.unwrap(), [], "the one that failed is left alone for a while");
     let learned = store.priors(&operator).await.unwrap().remove(0);
     assert_eq!(learned.part_number, part);
     assert_eq!((learned.lives, learned.parent), (Lesson::MIN_LIVES, model.summary().prior));
@@ -120,6 +121,16 @@ async fn finished_lives_teach_the_prior_of_later_ones() {
         let installed = store.installed(&operator, &tail).await.unwrap().remove(0);
         assert_eq!(installed.prognosis.unwrap().prior, expected, "unit {unit}");
     }
+}
+
+#[test]
+fn a_life_with_an_estimate_of_other_faults_teaches_nothing() {
+    let model = Model::from_bytes(common::BUNDLE).unwrap();
+    let estimates =
+        [5, 5, 1].iter().zip(0..).map(|(faults, index)| diagnosed(&model, &of_unit(&model, 1, index), *faults));
+    let life = PastLife { estimates: estimates.collect(), began_fh: 0.0, failure_fh: 100.0 };
+    let refused = model.learn_prior(&[life]).unwrap_err();
+    assert_eq!(refused.to_string(), "the estimate of unit1.2 tells 1 faults, the bundle knows 5");
 }
 
 /// Runs a worker that has nothing to do but to learn, until it has.

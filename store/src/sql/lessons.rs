@@ -1,27 +1,43 @@
 //! What finished lives have to teach beyond the priors that were learned.
 
-use domain::OperatorId;
+use std::time::Duration;
+
+use domain::{ContentHash, OperatorId, PartNumber, Timestamp};
 
 use super::{
-    Connection, Engine, operators,
+    Connection, Engine, operators, queue,
     row::{count, hash, parse},
+    write::{Reach, Write},
 };
-use crate::{Lesson, StoreError};
+use crate::{Lease, Lesson, StoreError};
 
 impl Engine {
     pub(crate) async fn lessons(&self) -> Result<Vec<Lesson>, StoreError> {
+        let now = self.now().await?;
         let mut transaction = self.read_all().await?;
         let mut lessons = Vec::new();
         for operator in operators::all(&mut transaction).await? {
             self.enter(&mut transaction, &operator).await?;
-            lessons.extend(of_operator(&mut transaction, &operator).await?);
+            lessons.extend(unclaimed(&mut transaction, &operator, now).await?);
         }
         Ok(lessons)
     }
+
+    pub(crate) async fn claim_lesson(&self, lesson: &Lesson, duration: Duration) -> Result<bool, StoreError> {
+        self.write(Claim { lesson: lesson.clone(), duration }).await
+    }
+
+    pub(crate) async fn release_lesson(&self, lesson: &Lesson) -> Result<(), StoreError> {
+        self.write(Release { lesson: lesson.clone() }).await
+    }
 }
 
-/// The lessons of an operator, by part number.
-async fn of_operator(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Lesson>, StoreError> {
+/// The lessons of an operator that nobody takes at a time, by part number.
+async fn unclaimed(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    now: Timestamp,
+) -> Result<Vec<Lesson>, StoreError> {
     let rows: Vec<LessonRow> = sqlx::query_as(
         "select f.part_number, f.model, f.lives from (
            select l.operator, l.part_number, g.model, count(*) as lives
@@ -36,12 +52,17 @@ async fn of_operator(connection: &mut Connection, operator: &OperatorId) -> Resu
              select p.lives from priors p
              where p.operator = f.operator and p.part_number = f.part_number and p.model = f.model
              order by p.learned_at desc, p.hash desc limit 1), 0)
+           and not exists (
+             select 1 from lesson_claims c
+             where c.operator = f.operator and c.part_number = f.part_number and c.model = f.model
+               and c.claimed_until > $5)
          order by f.part_number",
     )
     .bind(operator.as_str())
     .bind(i64::from(Lesson::MIN_LIVES))
     .bind(i64::from(Lesson::GROWTH.0))
     .bind(i64::from(Lesson::GROWTH.1))
+    .bind(now.micros())
     .fetch_all(connection)
     .await?;
     rows.into_iter().map(|row| row.lesson(operator)).collect()
@@ -63,4 +84,86 @@ impl LessonRow {
             lives: count("lives", self.lives)?,
         })
     }
+}
+
+struct Claim {
+    lesson: Lesson,
+    duration: Duration,
+}
+
+impl Write for Claim {
+    type Output = bool;
+
+    fn reach(&self) -> Reach<'_> {
+        Reach::Operator(&self.lesson.operator)
+    }
+
+    async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<bool, StoreError> {
+        let Self { lesson, duration } = self;
+        let Lesson { operator, part_number, model, .. } = lesson;
+        if !unclaimed(connection, operator, now).await?.contains(lesson) {
+            return Ok(false);
+        }
+        let attempts = attempts(connection, operator, part_number, model).await?;
+        sqlx::query(
+            "insert into lesson_claims (operator, part_number, model, attempts, claimed_until)
+             values ($1, $2, $3, $4, $5)
+             on conflict (operator, part_number, model) do update set
+               attempts = excluded.attempts, claimed_until = excluded.claimed_until",
+        )
+        .bind(operator.as_str())
+        .bind(part_number.as_str())
+        .bind(&model.bytes()[..])
+        .bind(i64::from(attempts) + 1)
+        .bind(queue::later(now, Lease::duration(*duration, attempts)))
+        .execute(connection)
+        .await?;
+        Ok(true)
+    }
+}
+
+/// How often a lesson was claimed since it last taught something.
+async fn attempts(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    part_number: &PartNumber,
+    model: &ContentHash,
+) -> Result<u32, StoreError> {
+    let sql = "select attempts from lesson_claims where operator = $1 and part_number = $2 and model = $3";
+    let query = sqlx::query_scalar(sql).bind(operator.as_str()).bind(part_number.as_str());
+    let attempts: Option<i64> = query.bind(&model.bytes()[..]).fetch_optional(connection).await?;
+    count("lesson_claims", attempts.unwrap_or(0))
+}
+
+struct Release {
+    lesson: Lesson,
+}
+
+impl Write for Release {
+    type Output = ();
+
+    fn reach(&self) -> Reach<'_> {
+        Reach::Operator(&self.lesson.operator)
+    }
+
+    async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<(), StoreError> {
+        let Lesson { operator, part_number, model, .. } = &self.lesson;
+        release(connection, operator, part_number, model).await
+    }
+}
+
+/// Forgets the claims of a lesson.
+pub(super) async fn release(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    part_number: &PartNumber,
+    model: &ContentHash,
+) -> Result<(), StoreError> {
+    sqlx::query("delete from lesson_claims where operator = $1 and part_number = $2 and model = $3")
+        .bind(operator.as_str())
+        .bind(part_number.as_str())
+        .bind(&model.bytes()[..])
+        .execute(connection)
+        .await?;
+    Ok(())
 }

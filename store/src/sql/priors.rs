@@ -3,7 +3,7 @@
 use domain::{Component, ContentHash, OperatorId, Timestamp};
 
 use super::{
-    Connection, Engine,
+    Connection, Engine, lessons,
     row::{checksum, corrupt, count, hash, parse, verify},
     write::{Reach, Write},
 };
@@ -146,9 +146,9 @@ impl Write for Add {
         .bind(prior.learned_at.micros())
         .bind(checksum(&name(operator, prior), &[]))
         .bind(body)
-        .execute(connection)
+        .execute(&mut *connection)
         .await?;
-        Ok(())
+        lessons::release(connection, operator, &prior.part_number, &prior.model).await
     }
 }
 

@@ -64,7 +64,8 @@ impl Engine {
     }
 }
 
-fn later(now: Timestamp, by: Duration) -> i64 {
+/// A time as columns hold it.
+pub(super) fn later(now: Timestamp, by: Duration) -> i64 {
     now.micros().saturating_add(i64::try_from(by.as_micros()).unwrap_or(i64::MAX))
 }
 

@@ -10,7 +10,7 @@ mod open;
 mod sql;
 mod writer;
 
-use domain::OperatorId;
+use domain::{OperatorId, Timestamp};
 use sqlx::{SqlitePool, Transaction};
 
 use crate::{Clock, StoreError};
@@ -52,6 +52,11 @@ impl Engine {
     /// From now on, the transaction reads what belongs to one operator.
     async fn enter(&self, _: &mut Connection, _: &OperatorId) -> Result<(), StoreError> {
         Ok(())
+    }
+
+    /// The time of the queue.
+    async fn now(&self) -> Result<Timestamp, StoreError> {
+        Ok(self.clock.now())
     }
 
     /// Writes an upload, or refuses it when too many wait.

@@ -1,7 +1,12 @@
-use domain::{Component, ContentHash, OperatorId, PartNumber, Upload};
-use store::{Lesson, PriorRecord, Store, StoreError};
+use std::time::Duration;
 
-use crate::fixture::{Database, bundle, bundle_body, by_hand, component, day, fail, operator, prior, upload};
+use domain::{Component, ContentHash, OperatorId, PartNumber, Upload};
+use store::{Lesson, Options, PriorRecord, Store, StoreError};
+use tokio::task::JoinSet;
+
+use crate::fixture::{
+    Database, HandClock, bundle, bundle_body, by_hand, component, day, fail, operator, prior, upload,
+};
 
 async fn learn(store: &Store, operator: &OperatorId, name: &str, lives: u32, learned_on: f64) {
     store.add_prior(operator, &prior(name, lives, learned_on), name.as_bytes()).await.unwrap();
@@ -134,4 +139,37 @@ async fn lessons_are_of_one_operator_and_of_the_active_bundle() {
     assert_eq!(owners, [operator(), elsewhere], "all of them, so that one that fails keeps no other waiting");
     activate(&store, "two").await;
     assert_eq!(store.lessons().await.unwrap(), []);
+}
+
+#[tokio::test]
+async fn a_lesson_is_taken_by_one_worker_and_less_often_the_more_it_fails() {
+    const CLAIM: Duration = Duration::from_secs(60);
+    const SECOND: Duration = Duration::from_secs(1);
+    let clock = HandClock::new();
+    let database = Database::with(Options { clock: Some(clock.clock()), ..Options::default() });
+    let store = database.ready().await;
+    end_lives(&store, &operator(), 0..10).await;
+    let lesson = store.lessons().await.unwrap().remove(0);
+    for length in [1, 2, 4] {
+        let ask = || {
+            let (store, lesson) = (store.clone(), lesson.clone());
+            async move { store.claim_lesson(&lesson, CLAIM).await.unwrap() }
+        };
+        let claims = (0..6).map(|_| ask()).collect::<JoinSet<_>>().join_all().await;
+        assert_eq!(claims.iter().filter(|claimed| **claimed).count(), 1);
+        clock.advance(CLAIM * length - SECOND);
+        assert_eq!(store.lessons().await.unwrap(), []);
+        clock.advance(SECOND);
+        assert_eq!(store.lessons().await.unwrap(), std::slice::from_ref(&lesson));
+    }
+    assert!(store.claim_lesson(&lesson, CLAIM).await.unwrap());
+    store.release_lesson(&lesson).await.unwrap();
+    assert_eq!(store.lessons().await.unwrap(), std::slice::from_ref(&lesson), "it was handed back");
+    learn(&store, &operator(), "first", 10, 1.0).await;
+    assert!(!store.claim_lesson(&lesson, CLAIM).await.unwrap(), "it was learned meanwhile");
+    end_lives(&store, &operator(), 10..13).await;
+    let next = store.lessons().await.unwrap().remove(0);
+    assert!(store.claim_lesson(&next, CLAIM).await.unwrap());
+    clock.advance(CLAIM);
+    assert_eq!(store.lessons().await.unwrap(), [next], "a prior forgets the attempts before it");
 }

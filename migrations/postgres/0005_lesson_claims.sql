@@ -1,0 +1,13 @@
+-- Who takes a lesson, and when another may: a claim that ends without a prior is the pause before the next one.
+-- An older build takes lessons without asking, which costs time and changes no result.
+update schema_info set version = 7, min_binary = 6;
+
+create table lesson_claims (
+    operator text collate "C" not null,
+    part_number text collate "C" not null,
+    model bytea not null,
+    attempts bigint not null,
+    claimed_until bigint not null,
+    primary key (operator, part_number, model)
+);
+select wall('lesson_claims', 'select, insert, update, delete');
