@@ -13,7 +13,7 @@ pub struct WorkArguments {
     #[arg(long, env = "ACTUARY_LANES", value_name = "N")]
     lanes: Option<NonZeroUsize>,
     /// Seconds after which another worker may take over a component that one has claimed; they double with each attempt
-    /// that ends without a result, up to 16 times.
+    /// that ends without a result, up to 8 times.
     #[arg(long, env = "ACTUARY_LEASE_SECONDS", value_name = "S", default_value_t = 120, hide_short_help = true,
         value_parser = clap::value_parser!(u64).range(1..=86_400))]
     lease_seconds: u64,

@@ -26,10 +26,10 @@ pub struct Lease {
 
 impl Lease {
     /// How often the time of a lease is doubled at most.
-    const DOUBLINGS: u32 = 4;
+    const DOUBLINGS: u32 = 3;
 
     /// How long a component is claimed: `first`, twice as long after each attempt that ended without a result, and
-    /// 16 times as long at most. So an analysis that outlasts a lease ends within a later one, and a worker that
+    /// 8 times as long at most. So an analysis that outlasts a lease ends within a later one, and a worker that
     /// dies does not keep a component for ever.
     pub fn duration(first: Duration, attempts: u32) -> Duration {
         first.saturating_mul(1 << attempts.min(Self::DOUBLINGS))
@@ -139,7 +139,7 @@ mod tests {
         let seconds = |first, attempts| Lease::duration(Duration::from_secs(first), attempts).as_secs();
         assert_eq!(
             [0, 1, 2, 3, 4, 5, u32::MAX].map(|attempts| seconds(120, attempts)),
-            [120, 240, 480, 960, 1920, 1920, 1920]
+            [120, 240, 480, 960, 960, 960, 960]
         );
         assert_eq!(Lease::duration(Duration::MAX, 1), Duration::MAX);
     }
