@@ -14,7 +14,11 @@ use domain::Stream;
 use reqwest::{Client, Response, StatusCode, header::RETRY_AFTER};
 use serde_json::Value;
 
-use crate::traffic::{Arrival, Traffic};
+use crate::{
+    crew::Access,
+    grpc,
+    traffic::{Arrival, Traffic},
+};
 
 /// Clients at the same time.
 const CLIENTS: usize = 8;
@@ -22,7 +26,7 @@ const CLIENTS: usize = 8;
 const BATCH: usize = 24;
 const PAUSE: Duration = Duration::from_millis(50);
 /// An answer that takes longer is not waited for; a server that was stopped gives none.
-const PATIENCE: Duration = Duration::from_secs(5);
+pub const PATIENCE: Duration = Duration::from_secs(5);
 
 /// What all clients were told.
 #[derive(Clone, Default)]
@@ -37,6 +41,8 @@ struct Told {
     /// How often an upload was said to be new.
     accepted: HashMap<Arrival, u32>,
     duplicates: usize,
+    /// Uploads that were acknowledged over gRPC.
+    over_grpc: usize,
     /// Requests that were to be made again: refused with 503, or not answered.
     busy: usize,
     unanswered: usize,
@@ -52,6 +58,40 @@ impl Ledger {
         told.violations.iter().cloned().chain(twice).collect()
     }
 
+    /// A request is to be made again, because the server says so.
+    pub fn busy(&self) {
+        self.tell(|told| told.busy += 1);
+    }
+
+    /// A request was not answered.
+    pub fn unanswered(&self) {
+        self.tell(|told| told.unanswered += 1);
+    }
+
+    /// So many uploads were acknowledged over gRPC.
+    pub fn over_grpc(&self, count: usize) {
+        self.tell(|told| told.over_grpc += count);
+    }
+
+    /// Something was answered that must not be.
+    pub fn violation(&self, what: String) {
+        self.tell(|told| told.violations.push(what));
+    }
+
+    /// Takes note of what an upload was answered; the arrival again, unless it was acknowledged.
+    pub fn answered(&self, one: Arrival, status: &str, answer: &dyn fmt::Debug) -> Option<Arrival> {
+        match status {
+            "accepted" => self.tell(|told| *told.accepted.entry(one).or_default() += 1),
+            "duplicate" => self.tell(|told| told.duplicates += 1),
+            "unavailable" => {
+                self.busy();
+                return Some(one);
+            }
+            _ => self.violation(format!("{one:?}: {answer:?}")),
+        }
+        None
+    }
+
     fn tell(&self, f: impl FnOnce(&mut Told)) {
         f(&mut self.told.lock().unwrap());
     }
@@ -62,9 +102,11 @@ impl fmt::Display for Ledger {
         let told = self.told.lock().unwrap();
         write!(
             f,
-            "{} acknowledged as new, {} as duplicates; {} requests were told to come back, {} were not answered",
+            "{} acknowledged as new, {} as duplicates, {} of both over gRPC; {} requests were told to come back, {} were \
+             not answered",
             told.accepted.len(),
             told.duplicates,
+            told.over_grpc,
             told.busy,
             told.unanswered
         )
@@ -75,14 +117,14 @@ impl fmt::Display for Ledger {
 pub async fn fly(
     traffic: &Traffic,
     arrivals: &[Arrival],
-    servers: &[String],
+    access: &Access,
     ledger: &Ledger,
     may_go_on: impl Fn() -> bool,
 ) {
     let clients = (0..CLIENTS).map(|number| {
         let of_client = arrivals.iter().copied().filter(|arrival| arrival.component % CLIENTS == number).collect();
         let stream = Stream::new(number as u64, &["client"]);
-        Aircraft { traffic, servers, ledger, http: http(), stream }.send_all(of_client, &may_go_on)
+        Aircraft { traffic, access, ledger, http: http(), stream }.send_all(of_client, &may_go_on)
     });
     futures_util::future::join_all(clients).await;
 }
@@ -93,7 +135,7 @@ fn http() -> Client {
 
 struct Aircraft<'a> {
     traffic: &'a Traffic,
-    servers: &'a [String],
+    access: &'a Access,
     ledger: &'a Ledger,
     http: Client,
     stream: Stream,
@@ -128,32 +170,37 @@ impl Aircraft<'_> {
         ((self.stream.uniform() * end as f64) as usize).min(end - 1)
     }
 
-    /// Sends one body until all of it is acknowledged; one in ten goes to two servers at once.
+    /// Sends one body until all of it is acknowledged: one in ten to two servers at once, four in ten over gRPC.
     async fn send(&mut self, body: &[Arrival]) {
-        let first = self.below(self.servers.len());
-        let second = (first + 1) % self.servers.len();
+        let over_grpc = self.stream.uniform() < 0.4;
+        let first = self.below(self.access.servers.len());
+        let second = (first + 1) % self.access.servers.len();
         if self.stream.uniform() < 0.1 {
-            tokio::join!(self.deliver(first, body), self.deliver(second, body));
+            tokio::join!(self.deliver(first, body, over_grpc), self.deliver(second, body, over_grpc));
         } else {
-            self.deliver(first, body).await;
+            self.deliver(first, body, over_grpc).await;
         }
     }
 
     /// Tries one server after the other.
-    async fn deliver(&self, mut server: usize, body: &[Arrival]) {
+    async fn deliver(&self, mut server: usize, body: &[Arrival], over_grpc: bool) {
         let mut left = body.to_vec();
         loop {
-            left = self.attempt(&self.servers[server], &left).await;
+            let to = (self.access.servers[server].as_str(), self.access.tokens[left[0].operator()].as_str());
+            left = match over_grpc {
+                true => grpc::attempt(self.traffic, self.ledger, to, &left).await,
+                false => self.attempt(to, &left).await,
+            };
             if left.is_empty() {
                 return;
             }
-            server = (server + 1) % self.servers.len();
+            server = (server + 1) % self.access.servers.len();
             tokio::time::sleep(PAUSE).await;
         }
     }
 
     /// What is still not acknowledged.
-    async fn attempt(&self, server: &str, body: &[Arrival]) -> Vec<Arrival> {
+    async fn attempt(&self, (server, token): (&str, &str), body: &[Arrival]) -> Vec<Arrival> {
         let url = format!("{server}/v1/tails/{}/uploads", self.traffic.tail(body[0]));
         let request = match body {
             [one] => self.http.post(url).json(&self.traffic.body(*one)),
@@ -162,20 +209,20 @@ impl Aircraft<'_> {
                 self.http.post(url).header("content-type", "application/x-ndjson").body(lines)
             }
         };
-        let Ok(answer) = request.send().await else {
-            self.ledger.tell(|told| told.unanswered += 1);
+        let Ok(answer) = request.bearer_auth(token).send().await else {
+            self.ledger.unanswered();
             return body.to_vec();
         };
         match (answer.status(), body) {
             (StatusCode::SERVICE_UNAVAILABLE, _) if answer.headers().contains_key(RETRY_AFTER) => {
-                self.ledger.tell(|told| told.busy += 1);
+                self.ledger.busy();
                 body.to_vec()
             }
             (StatusCode::ACCEPTED | StatusCode::OK, [one]) => self.acknowledged(*one, answer).await,
             (StatusCode::OK, many) => self.lines(many, answer).await,
             (status, _) => {
                 let said = answer.text().await.unwrap_or_default();
-                self.ledger.tell(|told| told.violations.push(format!("{body:?}: {status} {said}")));
+                self.ledger.violation(format!("{body:?}: {status} {said}"));
                 Vec::new()
             }
         }
@@ -208,15 +255,6 @@ impl Aircraft<'_> {
 
     /// The arrival again, unless it was acknowledged.
     fn line(&self, one: Arrival, answer: &Value) -> Option<Arrival> {
-        match answer["status"].as_str() {
-            Some("accepted") => self.ledger.tell(|told| *told.accepted.entry(one).or_default() += 1),
-            Some("duplicate") => self.ledger.tell(|told| told.duplicates += 1),
-            Some("unavailable") => {
-                self.ledger.tell(|told| told.busy += 1);
-                return Some(one);
-            }
-            _ => self.ledger.tell(|told| told.violations.push(format!("{one:?}: {answer}"))),
-        }
-        None
+        self.ledger.answered(one, answer["status"].as_str().unwrap_or_default(), answer)
     }
 }

@@ -8,13 +8,14 @@ use std::{
     time::{Duration, Instant},
 };
 
+use serde_json::Value;
 use tests::{
     Service, binary,
     postgres::{Cluster, TestDatabase},
     run,
 };
 
-use crate::LEASE;
+use crate::{LEASE, traffic::OPERATORS};
 
 /// A database of the cluster, migrated by two at the same time.
 pub async fn database(cluster: &Cluster) -> TestDatabase {
@@ -32,13 +33,41 @@ pub async fn database(cluster: &Cluster) -> TestDatabase {
     database
 }
 
+/// Where servers answer, and what each operator shows them.
+#[derive(Clone, Default)]
+pub struct Access {
+    /// That never changes.
+    pub servers: Vec<String>,
+    /// By the operator's number.
+    pub tokens: Vec<String>,
+}
+
+impl Access {
+    /// A token for each operator, made before anything is served.
+    fn to(database: &str) -> Self {
+        let token = |operator: &&str| {
+            let token = ["token", "create", "--scope", "admin", "--operator", operator, "--database-url", database];
+            let created = run(&token);
+            assert!(created.status.success(), "{}", String::from_utf8_lossy(&created.stderr));
+            String::from_utf8(created.stdout).expect("text").trim().to_owned()
+        };
+        Self { servers: Vec::new(), tokens: OPERATORS.iter().map(token).collect() }
+    }
+
+    /// What the first server answers an operator.
+    pub async fn get(&self, operator: usize, path: &str) -> Value {
+        let request = tests::http().get(format!("{}{path}", self.servers[0])).bearer_auth(&self.tokens[operator]);
+        request.send().await.expect("an answer").json().await.expect("JSON")
+    }
+}
+
 /// Servers come first, workers after them.
 pub struct Crew {
     database: String,
     log: PathBuf,
     servers: Vec<Mutex<Option<Service>>>,
     workers: Vec<Mutex<Option<Service>>>,
-    urls: Vec<String>,
+    access: Access,
 }
 
 impl Crew {
@@ -47,7 +76,7 @@ impl Crew {
         let mut crew = Self::none(database, folder);
         for _ in 0..servers {
             let server = crew.server(&["--no-worker"], 0);
-            crew.urls.push(server.url.clone());
+            crew.access.servers.push(server.url.clone());
             crew.servers.push(Mutex::new(Some(server)));
         }
         crew.workers = (0..workers).map(|_| Mutex::new(Some(crew.worker()))).collect();
@@ -56,21 +85,23 @@ impl Crew {
 
     /// One process that serves and works on one lane.
     pub fn alone(database: &str, folder: &Path) -> Self {
+        let migrated = run(&["migrate", "--database-url", database]);
+        assert!(migrated.status.success(), "{}", String::from_utf8_lossy(&migrated.stderr));
         let mut crew = Self::none(database, folder);
         let server = crew.server(&["--lanes", "1"], 0);
-        crew.urls.push(server.url.clone());
+        crew.access.servers.push(server.url.clone());
         crew.servers.push(Mutex::new(Some(server)));
         crew
     }
 
     fn none(database: &str, folder: &Path) -> Self {
         let log = folder.join("processes.log");
-        Self { database: database.to_owned(), log, servers: Vec::new(), workers: Vec::new(), urls: Vec::new() }
+        let access = Access::to(database);
+        Self { database: database.to_owned(), log, servers: Vec::new(), workers: Vec::new(), access }
     }
 
-    /// Where servers answer; that never changes.
-    pub fn servers(&self) -> Vec<String> {
-        self.urls.clone()
+    pub fn access(&self) -> &Access {
+        &self.access
     }
 
     pub fn server_count(&self) -> usize {
@@ -110,7 +141,7 @@ impl Crew {
         let mut deadline = Instant::now() + Duration::from_secs(120);
         let mut least = u64::MAX;
         loop {
-            let pending = pending(&self.urls[0]).await;
+            let pending = pending(&self.access.servers[0]).await;
             if pending == Some(0) {
                 return;
             }

@@ -180,7 +180,7 @@ impl Driver {
                 self.cluster.crash();
                 self.cluster.resume();
                 let accepted = Instant::now();
-                Handle::current().block_on(ready(&self.crew.servers()));
+                Handle::current().block_on(ready(&self.crew.access().servers));
                 self.report.ready_after.push(accepted.elapsed());
             }
         }

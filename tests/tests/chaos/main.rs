@@ -1,7 +1,9 @@
 //! Exactly-once effects under faults: real servers, real workers, a real Postgres.
 //!
 //! What is sent: uploads of several components, three in ten of them twice, one in ten late, one by one and in
-//! batches, some to two servers at once. The clients send again whatever is not acknowledged.
+//! batches, over REST and gRPC, some to two servers at once. The clients send again whatever is not acknowledged. The
+//! components belong to three operators, each with a token, who call all their things alike: whatever crosses from one
+//! to another makes a conflict, an upload too many, or another digest.
 //!
 //! Faults: SIGKILL of servers and workers; SIGSTOP of them for longer than a lease, so that a zombie wakes with
 //! results of a lease that another holds; connections that Postgres ends; Postgres itself restarted as by a crash.
@@ -17,6 +19,7 @@
 mod client;
 mod crew;
 mod faults;
+mod grpc;
 mod traffic;
 mod verdict;
 
@@ -55,7 +58,7 @@ async fn undisturbed(folder: &Path, traffic: &Traffic) -> String {
     let database = format!("sqlite:{}", folder.join("undisturbed.sqlite").display());
     let crew = Crew::alone(&database, folder);
     let ledger = Ledger::default();
-    fly(traffic, &traffic.in_order(), &crew.servers(), &ledger, || true).await;
+    fly(traffic, &traffic.in_order(), crew.access(), &ledger, || true).await;
     assert_eq!(ledger.violations(), Vec::<String>::new());
     crew.settle().await;
     drop(crew);
@@ -72,7 +75,7 @@ async fn slow_faults_leave_no_trace() {
     let cluster = Arc::new(cluster);
     let database = crew::database(&cluster).await;
     let crew = Arc::new(Crew::of(&database.service_url(), folder.path(), 2, 8));
-    let traffic = traffic(uploads, seed, &traffic::Mask::of(&crew.servers()[0]).await);
+    let traffic = traffic(uploads, seed, &traffic::Mask::of(crew.access()).await);
     let arrivals = traffic.disturbed();
     println!("{} uploads of {} components, {} arrivals", traffic.len(), traffic.components, arrivals.len());
 
@@ -82,11 +85,12 @@ async fn slow_faults_leave_no_trace() {
     // Traffic and faults keep step, so that all faults fall into the traffic.
     let (injected, done) = (driver.injected.clone(), ledger.done.clone());
     let may_go_on = move || done.load(Relaxed) * faults <= (injected.load(Relaxed) + 3) * plan.arrivals;
-    fly(&traffic, &arrivals, &crew.servers(), &ledger, may_go_on).await;
+    fly(&traffic, &arrivals, crew.access(), &ledger, may_go_on).await;
     let report = driver.end().await;
     println!("all acknowledged after {:.0} s\n{report}", begun.elapsed().as_secs_f64());
     crew.settle().await;
     println!("all processed after {:.0} s\n{ledger}", begun.elapsed().as_secs_f64());
+    verdict::within_walls(crew.access(), &traffic).await;
     drop(crew);
 
     assert_eq!(ledger.violations(), Vec::<String>::new());
@@ -103,10 +107,10 @@ async fn slow_any_number_of_workers_gives_the_digest_of_one() {
     for workers in [1, 2, 4] {
         let database = crew::database(&cluster).await;
         let crew = Crew::of(&database.service_url(), folder.path(), 2, workers);
-        let mask = traffic::Mask::of(&crew.servers()[0]).await;
+        let mask = traffic::Mask::of(crew.access()).await;
         let traffic = sent.get_or_insert_with(|| traffic(800, 2, &mask));
         let ledger = Ledger::default();
-        fly(traffic, &traffic.disturbed(), &crew.servers(), &ledger, || true).await;
+        fly(traffic, &traffic.disturbed(), crew.access(), &ledger, || true).await;
         crew.settle().await;
         drop(crew);
         assert_eq!(ledger.violations(), Vec::<String>::new());

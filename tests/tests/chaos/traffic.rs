@@ -1,9 +1,14 @@
 //! Uploads without an aircraft: made once, from a seed.
 
 use domain::{Stream, Timestamp};
+use proto::{grpc::from_upload, json::UploadBody, v1::UploadRequest};
 use serde_json::{Value, json};
 use tests::items;
 
+use crate::crew::Access;
+
+/// Whose components fly. They call their tails, components and uploads alike.
+pub const OPERATORS: [&str; 3] = ["north", "east", "south"];
 /// When every component is new.
 const START: &str = "2024-01-01T00:00:00Z";
 /// Hours of each flight; there are two a day.
@@ -19,11 +24,8 @@ pub struct Mask {
 
 impl Mask {
     /// That of the active bundle.
-    pub async fn of(url: &str) -> Self {
-        let get = async |path: String| -> Value {
-            let answer = tests::http().get(format!("{url}{path}")).send().await.unwrap();
-            answer.json().await.unwrap()
-        };
+    pub async fn of(access: &Access) -> Self {
+        let get = async |path: String| access.get(0, &path).await;
         let model = items(get("/v1/models".to_owned()).await)[0]["hash"].as_str().unwrap().to_owned();
         let mask = get(format!("/v1/models/{model}/mask")).await;
         Self { id: mask["mask_id"].as_str().unwrap().to_owned(), points: mask["points"].as_array().unwrap().len() }
@@ -35,6 +37,18 @@ impl Mask {
 pub struct Arrival {
     pub component: usize,
     pub flight: usize,
+}
+
+impl Arrival {
+    /// The number of its operator.
+    pub fn operator(self) -> usize {
+        self.component % OPERATORS.len()
+    }
+
+    /// Which of the operator's components it is of.
+    fn number(self) -> usize {
+        self.component / OPERATORS.len()
+    }
 }
 
 /// All uploads of a fleet; each component is on a tail of its own.
@@ -56,11 +70,16 @@ impl Traffic {
     }
 
     pub fn tail(&self, arrival: Arrival) -> String {
-        format!("EC-{:04}", arrival.component)
+        format!("EC-{:04}", arrival.number())
     }
 
-    pub fn upload_id(&self, Arrival { component, flight }: Arrival) -> String {
-        format!("{component}.{flight}")
+    pub fn upload_id(&self, arrival: Arrival) -> String {
+        format!("{}.{}", arrival.number(), arrival.flight)
+    }
+
+    /// The component's hours at the end of the flight; no two operators have the same.
+    pub fn flight_hours(&self, arrival: Arrival) -> f64 {
+        FLIGHT_FH * (arrival.flight + 1) as f64 + 0.5 * arrival.operator() as f64
     }
 
     /// Damage grows a little; which motor it is decides how fast, and the noise.
@@ -73,10 +92,16 @@ impl Traffic {
         let start: Timestamp = START.parse().unwrap();
         json!({
             "upload_id": self.upload_id(arrival), "position": "AIL-L", "part_number": "EMA-48V",
-            "serial_number": format!("C{component}"), "flight_hours": FLIGHT_FH * (flight + 1) as f64,
+            "serial_number": format!("C{}", arrival.number()), "flight_hours": self.flight_hours(arrival),
             "recorded_at": start.plus_hours(12.0 * (flight + 1) as f64).to_string(), "mask_id": self.mask.0,
             "samples": samples, "load_ratio": 0.1, "sample_noise": 0.01, "temperature_c": 15.0,
         })
+    }
+
+    /// The same in protobuf's words.
+    pub fn message(&self, arrival: Arrival) -> UploadRequest {
+        let body: UploadBody = serde_json::from_value(self.body(arrival)).expect("a body");
+        from_upload(body.into_upload(self.tail(arrival).parse().expect("a tail")).expect("an upload"))
     }
 
     /// Each upload once, flight by flight.

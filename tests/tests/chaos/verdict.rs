@@ -1,8 +1,33 @@
 //! What must be true of a database after all that.
 
 use sqlx::{Connection, PgConnection};
+use tests::items;
 
-use crate::traffic::Traffic;
+use crate::{
+    crew::Access,
+    traffic::{OPERATORS, Traffic},
+};
+
+/// Each operator is shown all its own uploads, and nothing else.
+pub async fn within_walls(access: &Access, traffic: &Traffic) {
+    for operator in 0..OPERATORS.len() {
+        let (mut shown, mut cursor) = (Vec::new(), String::new());
+        loop {
+            let page = access.get(operator, &format!("/v1/uploads?state=processed&limit=1000{cursor}")).await;
+            let next = page["next_cursor"].as_str().map(|next| format!("&cursor={next}"));
+            shown.extend(items(page).iter().map(|item| format!("{} {}", item["upload_id"], item["flight_hours"])));
+            let Some(next) = next else { break };
+            cursor = next;
+        }
+        let own = traffic.in_order().into_iter().filter(|arrival| arrival.operator() == operator);
+        let upload = |arrival| format!("{:?} {:?}", traffic.upload_id(arrival), traffic.flight_hours(arrival));
+        let mut own: Vec<String> = own.map(upload).collect();
+        shown.sort();
+        own.sort();
+        assert!(shown == own, "{} is shown {} uploads of {}", OPERATORS[operator], shown.len(), own.len());
+        println!("{} is shown its {} uploads", OPERATORS[operator], shown.len());
+    }
+}
 
 /// Every upload is there once and was processed once; results of a component are in one order.
 pub async fn check(superuser: &str, traffic: &Traffic) {
