@@ -1,9 +1,10 @@
 //! Exit codes: 0 ok, 1 failed, 2 bad input, 3 not reachable; one line on an error.
 
-use std::{
-    io::{self, Write},
-    process::ExitCode,
-};
+use std::process::ExitCode;
+
+use anyhow::anyhow;
+
+use crate::say::{self, note};
 
 /// A failure with an exit code of its own; every other error exits with 1.
 #[derive(Debug, thiserror::Error)]
@@ -20,24 +21,24 @@ pub enum Failure {
 /// in one line.
 pub fn usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
-        // A reader that has seen enough, such as `head`, is no failure.
-        let _ = write!(io::stdout(), "{error}");
-        return ExitCode::SUCCESS;
+        say::text(error);
+        return code(Ok(()));
     }
     let text = error.to_string();
     let wrong = text.split("\n\nUsage:").next().unwrap_or_default();
     let line = wrong.split_whitespace().collect::<Vec<_>>().join(" ");
-    eprintln!("actuary: {}", line.trim_start_matches("error: "));
+    note!("actuary: {}", line.trim_start_matches("error: "));
     ExitCode::from(2)
 }
 
 /// The process's exit code; an error is printed on standard error, in one line.
 pub fn code(outcome: anyhow::Result<()>) -> ExitCode {
-    let Err(error) = outcome else {
+    let unsaid = || say::failure().map_or(Ok(()), |error| Err(anyhow!("cannot write to standard output: {error}")));
+    let Err(error) = outcome.and_then(|()| unsaid()) else {
         return ExitCode::SUCCESS;
     };
     let line = format!("{error:#}").replace('\n', "; ");
-    eprintln!("actuary: {line}");
+    note!("actuary: {line}");
     match error.downcast_ref::<Failure>() {
         Some(Failure::BadInput(_)) => ExitCode::from(2),
         Some(Failure::NotReachable(_)) => ExitCode::from(3),

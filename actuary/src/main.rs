@@ -1,5 +1,7 @@
 //! `actuary`: the one binary. Configuration, wiring and words; everything else lives in the crates.
 
+#![deny(clippy::print_stdout, clippy::print_stderr, reason = "a reader that leaves is no failure: see `say`")]
+
 mod clock;
 mod command;
 mod database;
@@ -11,6 +13,7 @@ mod health;
 mod hindsight;
 mod http;
 mod progress;
+mod say;
 mod scorer;
 mod service;
 mod table;

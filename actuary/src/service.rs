@@ -14,6 +14,7 @@ use crate::{
     default_model,
     door::{Door, reload_at_hangup},
     exit::Failure,
+    say::say,
     scorer::IssuedScorer,
 };
 
@@ -140,10 +141,10 @@ impl Service {
     /// Says on standard output where it answers, one line each.
     pub fn announce(&self) {
         if let Some(address) = self.api {
-            println!("listening on {}://{address}", self.scheme);
+            say!("listening on {}://{address}", self.scheme);
         }
         if let Some(address) = self.probes {
-            println!("probes on http://{address}");
+            say!("probes on http://{address}");
         }
     }
 

@@ -1,5 +1,11 @@
 //! Exit codes and single lines of error.
 
+use std::{
+    io::Write,
+    process::{Command, Stdio},
+    time::{Duration, Instant},
+};
+
 fn refused(arguments: &[&str], code: i32, words: &str) {
     let output = tests::run(arguments);
     let stderr = String::from_utf8(output.stderr).unwrap();
@@ -93,4 +99,62 @@ fn subcommands(help: &str) -> impl Iterator<Item = String> {
     let name =
         |line: &str| line.strip_prefix("  ")?.split(' ').next().filter(|name| !name.is_empty()).map(str::to_owned);
     listed.filter_map(name).filter(|name| name != "help").collect::<Vec<_>>().into_iter()
+}
+
+/// Where nobody reads.
+fn unread() -> Stdio {
+    let (_, writer) = std::io::pipe().unwrap();
+    writer.into()
+}
+
+#[test]
+fn a_reader_that_leaves_is_no_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let database = format!("sqlite:{}", folder.path().join("fleet.sqlite").display());
+    assert!(tests::run(&["token", "create", "--scope", "ops", "--database-url", &database]).status.success());
+    for command in [
+        &["--help"][..],
+        &["verify", "--database-url", &database],
+        &["token", "list", "--database-url", &database],
+        &["model", "list", "--database-url", &database],
+        &["simulate", "response"],
+    ] {
+        let output = Command::new(tests::binary()).args(command).stdout(unread()).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), said.as_str()), (Some(0), ""), "{command:?}");
+        let status = Command::new(tests::binary()).args(command).stdout(unread()).stderr(unread()).status().unwrap();
+        assert_eq!(status.code(), Some(0), "{command:?}");
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = Command::new(tests::binary()).args(command).stdout(full).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{command:?}: {said}");
+        assert!(said.contains("cannot write to standard output") && said.lines().count() == 1, "{command:?}: {said}");
+    }
+    let mut refused = Command::new(tests::binary());
+    refused.args(["verify", "--database-url", "sqlite:absent.sqlite"]).stdout(unread()).stderr(unread());
+    assert_eq!(refused.status().unwrap().code(), Some(2), "a failure stays one");
+}
+
+#[tokio::test]
+async fn a_service_to_which_nobody_listens_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let database = format!("sqlite:{}", folder.path().join("fleet.sqlite").display());
+    let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let mut command = Command::new(tests::binary());
+    command.args(["serve", "--database-url", &database, "--port", &free.port().to_string()]).env("RUST_LOG", "debug");
+    let mut service = command.stdout(unread()).stderr(unread()).spawn().unwrap();
+    let health = format!("http://{free}/healthz");
+    let deadline = Instant::now() + Duration::from_secs(30);
+    while !tests::http().get(&health).send().await.is_ok_and(|answer| answer.status().is_success()) {
+        assert!(Instant::now() < deadline, "it does not answer: {:?}", service.try_wait());
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    // A caller that hangs up before its answer is there.
+    for _ in 0..20 {
+        let mut caller = std::net::TcpStream::connect(free).unwrap();
+        caller.write_all(b"GET /openapi.json HTTP/1.1\r\nhost: here\r\n\r\n").unwrap();
+    }
+    assert!(tests::http().get(&health).send().await.unwrap().status().is_success());
+    service.kill().unwrap();
+    service.wait().unwrap();
 }

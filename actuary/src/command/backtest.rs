@@ -24,7 +24,11 @@ use self::{
     knowledge::Knowledge,
     metrics::Metrics,
 };
-use crate::{exit::Failure, files::output::OutputFolder};
+use crate::{
+    exit::Failure,
+    files::output::OutputFolder,
+    say::{self, say},
+};
 
 const SEED: u64 = 1;
 /// Judged where none is named.
@@ -150,7 +154,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let replays = replay_all(&recorded, &contestants, &settings, &bar);
     bar.finish_and_clear();
     write(&out, &arguments, &Judged { recorded: &recorded, replays: &replays, knowledge: &knowledge })?;
-    println!("{} in {:.0} s", arguments.out.display(), started.elapsed().as_secs_f64());
+    say!("{} in {:.0} s", arguments.out.display(), started.elapsed().as_secs_f64());
     Ok(())
 }
 
@@ -282,8 +286,8 @@ fn write(out: &OutputFolder, arguments: &Arguments, judged: &Judged) -> Result<(
         draft.file("report.html", |file| file.write_all(report::page(metrics, judged).as_bytes()))
     })?;
     match &metrics {
-        Some(metrics) => print!("{}", metrics.summary()),
-        None => println!("{} runs predicted; without truth there is nothing to judge", judged.recorded.len()),
+        Some(metrics) => say::text(metrics.summary()),
+        None => say!("{} runs predicted; without truth there is nothing to judge", judged.recorded.len()),
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ use store::Store;
 use tempfile::{TempDir, TempPath};
 
 use super::verify::undamaged;
-use crate::{database::Database, exit::Failure, files::output::OutputFile, service::on_runtime};
+use crate::{database::Database, exit::Failure, files::output::OutputFile, say::say, service::on_runtime};
 
 /// Copy a database to a file, as of one moment, and check the copy. A running service is not held up.
 #[derive(Debug, Args)]
@@ -55,7 +55,7 @@ async fn copy(store: &Store, out: &Path) -> Result<()> {
     copy.close().await;
     let words = checked.with_context(|| format!("{} was not written", out.display()))?;
     put(path, out)?;
-    println!("{}: {words}", out.display());
+    say!("{}: {words}", out.display());
     Ok(())
 }
 

@@ -2,7 +2,7 @@
 
 use std::{
     fs,
-    io::{IsTerminal, Write},
+    io::IsTerminal,
     path::PathBuf,
     time::{Duration, Instant},
 };
@@ -21,6 +21,7 @@ use crate::{
     exit::Failure,
     hindsight,
     http::Access,
+    say::{note, say},
     service::{Api, Service, Settings, Work, interrupted, on_runtime},
     table, telemetry,
 };
@@ -200,7 +201,7 @@ impl Screen {
     async fn finish(&self, fleet: &Fleet) -> Result<()> {
         let prognoses = self.prognoses().await?;
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&prognoses)?);
+            say!("{}", serde_json::to_string_pretty(&prognoses)?);
         } else {
             self.say(&table::fleet(&prognoses));
         }
@@ -240,10 +241,9 @@ impl Screen {
 
     fn say(&self, text: &str) {
         if self.json {
-            eprintln!("{text}");
+            note!("{text}");
         } else {
-            println!("{text}");
+            say!("{text}");
         }
-        let _ = std::io::stdout().flush();
     }
 }

@@ -18,6 +18,7 @@ use crate::{
         dataset::{self, Maps},
         output::OutputFile,
     },
+    say::note,
 };
 
 /// Diagnose the maps of a dataset folder as an aircraft would send them: sampled at the bundle's mask.
@@ -67,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     out.write(|writer| write(writer, &model.bundle().faults.names, &rows))?;
     let implausible = rows.iter().flatten().filter(|row| !row.plausible).count();
     let none = rows.iter().filter(|row| row.is_none()).count();
-    eprintln!("{} maps diagnosed ({implausible} not plausible), {none} could not be", rows.len() - none);
+    note!("{} maps diagnosed ({implausible} not plausible), {none} could not be", rows.len() - none);
     Ok(())
 }
 

@@ -1,9 +1,6 @@
 //! `actuary due`: which components of a running service are due, for people.
 
-use std::{
-    io::{Write, stdout},
-    time::Duration,
-};
+use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow};
 use clap::Args;
@@ -13,7 +10,7 @@ use reqwest::{Response, StatusCode, Url};
 use crate::{
     exit::Failure,
     http::{self, Access},
-    table,
+    say, table,
 };
 
 /// How long an answer may take.
@@ -47,7 +44,8 @@ pub struct Arguments {
 /// Prints the list.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let text = tokio::runtime::Builder::new_current_thread().enable_all().build()?.block_on(list(arguments))?;
-    stdout().write_all(text.as_bytes()).and_then(|()| stdout().flush()).context("cannot write the list")
+    say::text(text);
+    Ok(())
 }
 
 async fn list(arguments: &Arguments) -> Result<String> {

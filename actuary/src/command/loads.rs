@@ -21,6 +21,7 @@ use crate::{
         output::OutputFile,
         table::{Column, Table},
     },
+    say::note,
 };
 
 /// Estimate the hinge moments of the right wing's flap and aileron from wavelengths and air data.
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let ids = cases.id;
     out.write(|writer| write(writer, ids, &rows))?;
     let count = |holds: fn(&Load) -> bool| rows.iter().flatten().filter(|load| holds(load)).count();
-    eprintln!(
+    note!(
         "{} cases: {} with gratings left out, {} by air data alone, {} without a load",
         rows.len(),
         count(|load| !load.excluded.is_empty()),

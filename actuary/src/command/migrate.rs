@@ -3,7 +3,7 @@
 use anyhow::Result;
 use clap::Args;
 
-use crate::{database::Database, service::on_runtime, telemetry};
+use crate::{database::Database, say::say, service::on_runtime, telemetry};
 
 /// Create the tables of a database, or bring them to the schema of this build; without effect when they are.
 #[derive(Debug, Args)]
@@ -24,7 +24,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     telemetry::start();
     on_runtime(async {
         arguments.database.migrate(arguments.service_role.as_deref()).await?;
-        println!("{}: up to date", arguments.database);
+        say!("{}: up to date", arguments.database);
         Ok(())
     })
 }

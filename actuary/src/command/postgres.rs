@@ -5,7 +5,7 @@ use std::{io, path::Path, process::Command};
 use anyhow::{Result, anyhow};
 
 use super::backup;
-use crate::{database::Database, exit::Failure, service::on_runtime};
+use crate::{database::Database, exit::Failure, say::say, service::on_runtime};
 
 /// Writes a backup by pg_dump.
 pub fn dump(database: &Database, out: &Path) -> Result<()> {
@@ -21,7 +21,7 @@ pub fn dump(database: &Database, out: &Path) -> Result<()> {
     };
     run("pg_dump", &arguments(&copy), &arguments(out), password)?;
     backup::put(copy, out)?;
-    println!("{}: a copy of {database}; actuary restore checks it", out.display());
+    say!("{}: a copy of {database}; actuary restore checks it", out.display());
     Ok(())
 }
 
@@ -40,10 +40,10 @@ pub fn restore(database: &Database, from: &Path) -> Result<()> {
             Ok(store) => {
                 let checked = backup::check(&store).await;
                 store.close().await;
-                println!("{database}: {}", checked?);
+                say!("{database}: {}", checked?);
             }
             // Tables are restored by their owner, as whom nothing is read.
-            Err(why) => println!("{database}: restored; check it by actuary verify --digest as the service ({why})"),
+            Err(why) => say!("{database}: restored; check it by actuary verify --digest as the service ({why})"),
         }
         Ok(())
     })

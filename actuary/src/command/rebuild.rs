@@ -12,6 +12,7 @@ use super::verify::undamaged;
 use crate::{
     clock,
     database::Database,
+    say::{note, say},
     service::{Work, interrupted, on_runtime},
     telemetry,
 };
@@ -79,14 +80,14 @@ async fn rebuild(store: &Store, after: Option<Place>) -> Result<()> {
     undamaged(&store.verify_sources().await?)?;
     let before = digest(store).await?;
     match &before {
-        Ok(digest) => println!("before: {digest}"),
-        Err(damage) => println!("before: {damage}"),
+        Ok(digest) => say!("before: {digest}"),
+        Err(damage) => say!("before: {damage}"),
     }
     forget(store, after).await?;
     work_off(store).await?;
     let after = digest(store).await?.map_err(|damage| anyhow!("after the rebuild: {damage}"))?;
-    println!("after:  {after}");
-    println!("{}", if before.is_ok_and(|before| before == after) { "nothing was different" } else { "results differ" });
+    say!("after:  {after}");
+    say!("{}", if before.is_ok_and(|before| before == after) { "nothing was different" } else { "results differ" });
     Ok(())
 }
 
@@ -141,7 +142,7 @@ async fn nothing_pending(store: &Store) -> Result<()> {
         }
         // Ever fewer lines as the work goes on.
         if pending < told / 2 {
-            eprintln!("{pending} uploads wait");
+            note!("{pending} uploads wait");
             told = pending;
         }
         tokio::time::sleep(LOOK).await;

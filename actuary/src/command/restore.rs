@@ -10,7 +10,7 @@ use clap::Args;
 use store::{Options, Store, StoreError};
 
 use super::backup;
-use crate::{database::Database, exit::Failure, service::on_runtime};
+use crate::{database::Database, exit::Failure, say::say, service::on_runtime};
 
 /// Make a database from a backup, where there is none; it is checked before it gets its name.
 #[derive(Debug, Args)]
@@ -60,6 +60,6 @@ async fn restore(from: &Path, file: &Path) -> Result<()> {
     let words = checked.with_context(|| format!("{} is not restored", from.display()))?;
     fs::File::open(&copy)?.sync_all()?;
     backup::put(copy, file)?;
-    println!("{}: {words}", file.display());
+    say!("{}: {words}", file.display());
     Ok(())
 }

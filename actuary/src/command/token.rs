@@ -9,7 +9,13 @@ use jiff::{Span, civil::Date, tz::TimeZone};
 use serde_json::json;
 use store::{Revocation, TokenRecord, TokenStatus};
 
-use crate::{clock, database::Database, exit::Failure, table};
+use crate::{
+    clock,
+    database::Database,
+    exit::Failure,
+    say::{self, note},
+    table,
+};
 
 /// Create, list and revoke the tokens that callers of the service must show once there is one. Works beside a
 /// running service, which follows within a second.
@@ -96,9 +102,11 @@ impl Create {
         store.create_token(&record, Actor::Cli).await?;
         store.close().await;
         let expiry = record.expires_at.map_or_else(|| "never expires".to_owned(), |at| format!("expires at {at}"));
-        eprintln!(
+        note!(
             "token {} for {} of operator {} {expiry}; it is shown this once",
-            record.id, record.scope, record.operator
+            record.id,
+            record.scope,
+            record.operator
         );
         writeln!(stdout(), "{}", token.reveal()).context("cannot print the token")
     }
@@ -135,7 +143,8 @@ impl List {
         } else {
             table::tokens(&tokens, now)
         };
-        stdout().write_all(text.as_bytes()).context("cannot print the list")
+        say::text(text);
+        Ok(())
     }
 }
 
@@ -168,8 +177,8 @@ impl Revoke {
         store.close().await;
         let operator = token.operator;
         match revoked {
-            Revocation::Revoked => eprintln!("token {id} is revoked; {left} of operator {operator} are still valid"),
-            Revocation::AlreadyRevoked => eprintln!("token {id} was revoked before"),
+            Revocation::Revoked => note!("token {id} is revoked; {left} of operator {operator} are still valid"),
+            Revocation::AlreadyRevoked => note!("token {id} was revoked before"),
         }
         Ok(())
     }

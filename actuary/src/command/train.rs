@@ -15,6 +15,7 @@ use crate::{
     exit::Failure,
     files::{dataset, motor, output::OutputFile},
     progress::Bar,
+    say::say,
 };
 
 /// Train a model bundle: simulates maps, assessments and a fleet, and learns from them.
@@ -92,11 +93,11 @@ fn refused(error: TrainError, dataset: Option<&Path>) -> anyhow::Error {
 fn report(model: &Model, out: &Path, seconds: f64) {
     let metrics = &model.bundle().metrics;
     let percent = |name: &str, v: &pipeline::Validation| {
-        println!("  {name:<24} {:5.2} {:5.2} {:5.2}", 100.0 * v.median, 100.0 * v.mean, 100.0 * v.p95);
+        say!("  {name:<24} {:5.2} {:5.2} {:5.2}", 100.0 * v.median, 100.0 * v.mean, 100.0 * v.p95);
     };
-    println!("{} in {seconds:.0} s", out.display());
-    println!("bundle {}", model.summary().hash);
-    println!("diagnosis of {} unseen maps, err_k in % (median mean p95):", metrics.diagnosis.maps);
+    say!("{} in {seconds:.0} s", out.display());
+    say!("bundle {}", model.summary().hash);
+    say!("diagnosis of {} unseen maps, err_k in % (median mean p95):", metrics.diagnosis.maps);
     percent("load ratio per sample", &metrics.diagnosis.load_ratio_per_sample);
     percent("mean load ratio", &metrics.diagnosis.mean_load_ratio);
     percent("no load ratio", &metrics.diagnosis.no_load_ratio);
@@ -104,8 +105,8 @@ fn report(model: &Model, out: &Path, seconds: f64) {
 }
 
 fn print_surrogates(metrics: &SurrogateMetrics) {
-    println!("surrogate on {} unseen samples, % (accuracy missed false);", metrics.samples);
-    println!("  its failure times of unseen lives, h (spread mean), smaller spread chosen:");
+    say!("surrogate on {} unseen samples, % (accuracy missed false);", metrics.samples);
+    say!("  its failure times of unseen lives, h (spread mean), smaller spread chosen:");
     let judged = [
         ("regression per figure", metrics.figure_regression, metrics.figure_regression_failure_time),
         ("support vector machine", Some(metrics.svm), metrics.svm_failure_time),
@@ -114,6 +115,6 @@ fn print_surrogates(metrics: &SurrogateMetrics) {
         let Some(quality) = quality else { continue };
         let shares = [quality.accuracy, quality.missed_share, quality.false_share].map(|share| 100.0 * share);
         let times = failure_time.map(|it| format!("{:7.0} {:+7.0}", it.sd_fh, it.offset_fh)).unwrap_or_default();
-        println!("  {name:<24} {:5.2} {:5.2} {:5.2} {times}", shares[0], shares[1], shares[2]);
+        say!("  {name:<24} {:5.2} {:5.2} {:5.2} {times}", shares[0], shares[1], shares[2]);
     }
 }

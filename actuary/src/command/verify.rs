@@ -4,7 +4,7 @@ use anyhow::{Result, anyhow};
 use clap::Args;
 use store::{AuditChain, AuditDamage, Store, Verification};
 
-use crate::database::Database;
+use crate::{database::Database, say::say};
 
 /// Read every row that carries a checksum and compare it; name the damaged ones. A running service is not
 /// disturbed.
@@ -46,13 +46,10 @@ async fn check(store: &Store, arguments: &Arguments) -> Result<()> {
     let held = store.digest().await?;
     let pending = store.pending().await?;
     if arguments.digest {
-        println!("{}", held.digest);
+        say!("{}", held.digest);
     }
-    println!(
-        "{} estimates and {} states of {} lives; {pending} uploads pending",
-        held.estimates, held.states, held.lives
-    );
-    println!("{} rows match their checksums", found.rows());
+    say!("{} estimates and {} states of {} lives; {pending} uploads pending", held.estimates, held.states, held.lives);
+    say!("{} rows match their checksums", found.rows());
     audit
 }
 
@@ -61,9 +58,9 @@ async fn check(store: &Store, arguments: &Arguments) -> Result<()> {
 fn unbroken(chains: &[AuditChain]) -> Result<()> {
     for AuditChain { operator, records, newest, damage } in chains {
         let whose = operator.as_ref().map_or_else(|| "the installation".to_owned(), |one| format!("operator {one}"));
-        println!("audit log of {whose}: {records} records, the newest is {newest}");
+        say!("audit log of {whose}: {records} records, the newest is {newest}");
         if let Some(AuditDamage { sequence, detail }) = damage {
-            println!("damaged: audit log of {whose}: record {sequence}: {detail}");
+            say!("damaged: audit log of {whose}: record {sequence}: {detail}");
         }
     }
     match chains.iter().filter(|chain| chain.damage.is_some()).count() {
@@ -75,7 +72,7 @@ fn unbroken(chains: &[AuditChain]) -> Result<()> {
 /// Names damaged rows, one a line; any is a failure.
 pub fn undamaged(found: &Verification) -> Result<()> {
     for row in &found.damaged {
-        println!("damaged: {}: {}: {}", row.table, row.row, row.detail);
+        say!("damaged: {}: {}: {}", row.table, row.row, row.detail);
     }
     match found.damaged.len() {
         0 => Ok(()),

@@ -5,7 +5,13 @@ use clap::{Args, ValueEnum};
 use domain::{Actor, BundleSummary, ContentHash};
 use store::{BundleRecord, Store};
 
-use crate::{clock, database::Database, exit::Failure, service::on_runtime};
+use crate::{
+    clock,
+    database::Database,
+    exit::Failure,
+    say::{note, say},
+    service::on_runtime,
+};
 
 /// Fewest characters of a hash that name a bundle.
 const PREFIX: usize = 8;
@@ -55,7 +61,7 @@ async fn activate(store: &Store, name: &str, lives: Lives) -> Result<()> {
     let hash = chosen.hash;
     match (lives, strangers.first()) {
         (Lives::All, Some(other)) => return Err(unreadable(chosen, other).into()),
-        (Lives::New, Some(other)) => eprintln!(
+        (Lives::New, Some(other)) => note!(
             "note: {}. A life that begins from now on needs uploads at a mask of the new bundle; those at an older \
              mask are accepted and set aside.",
             unreadable(chosen, other)
@@ -63,10 +69,10 @@ async fn activate(store: &Store, name: &str, lives: Lives) -> Result<()> {
         (_, None) => {}
     }
     store.activate_bundle(&hash, Actor::Cli.at(clock::system()())).await?;
-    println!("{hash} judges the lives that begin from now on");
+    say!("{hash} judges the lives that begin from now on");
     if lives == Lives::All {
         let announced = store.judge_all_lives_by(&hash).await?;
-        println!("{announced} lives wait to be judged anew by it; actuary model list shows how many are left");
+        say!("{announced} lives wait to be judged anew by it; actuary model list shows how many are left");
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ use clap::Args;
 use domain::Actor;
 use pipeline::Model;
 
-use crate::{clock, database::Database, exit::Failure, service::on_runtime};
+use crate::{clock, database::Database, exit::Failure, say::say, service::on_runtime};
 
 /// Keep a bundle beside the others and publish its masks; it judges nothing before it is activated.
 #[derive(Debug, Args)]
@@ -37,9 +37,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         added?;
         let hash = summary.hash;
         if known {
-            println!("{hash} was there already");
+            say!("{hash} was there already");
         } else {
-            println!("{hash} added; to let it judge lives: actuary model activate {}", &hash.to_string()[..12]);
+            say!("{hash} added; to let it judge lives: actuary model activate {}", &hash.to_string()[..12]);
         }
         Ok(())
     })

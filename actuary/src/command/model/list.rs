@@ -9,7 +9,7 @@ use proto::json::ModelItem;
 use serde::Serialize;
 use store::{BundleRecord, ModelUse};
 
-use crate::{database::Database, service::on_runtime};
+use crate::{database::Database, say, service::on_runtime};
 
 /// List the bundles of a database: the oldest first, with the lives that each judges now, and those that it
 /// will judge once workers have made their new generation.
@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         store.close().await;
         let (bundles, uses) = read?;
         let listed = listed(bundles, uses);
-        print!("{}", if arguments.json { serde_json::to_string_pretty(&listed)? + "\n" } else { table(&listed) });
+        say::text(if arguments.json { serde_json::to_string_pretty(&listed)? + "\n" } else { table(&listed) });
         Ok(())
     })
 }

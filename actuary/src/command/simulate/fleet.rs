@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use domain::Timestamp;
 use simulator::{Client, Fleet, FleetError, FleetPlan, Physics};
 
-use crate::{clock, exit::Failure, http::Access, telemetry};
+use crate::{clock, exit::Failure, http::Access, say::say, telemetry};
 
 /// How long an answer may take.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -82,7 +82,7 @@ async fn fly(arguments: Arguments) -> Result<()> {
         let write = || simulator::write_truth(fleet.truth(), &mut BufWriter::new(File::create(file)?));
         write().with_context(|| format!("cannot write {}", file.display()))?;
     }
-    println!("{} uploads accepted, {} known already", flown.accepted, flown.duplicates);
+    say!("{} uploads accepted, {} known already", flown.accepted, flown.duplicates);
     Ok(())
 }
 

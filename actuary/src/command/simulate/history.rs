@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use crate::{
     files::output::{Draft, OutputFolder},
     progress::Bar,
+    say::say,
 };
 
 /// Columns of B: u = [1, load, temperature].
@@ -96,7 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .collect();
     drop(bar);
     out.write(|draft| write(draft, &lives))?;
-    println!("{} lives in {}", lives.len(), arguments.out.display());
+    say!("{} lives in {}", lives.len(), arguments.out.display());
     Ok(())
 }
 

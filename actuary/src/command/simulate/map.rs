@@ -20,6 +20,7 @@ use crate::{
     exit::Failure,
     files::{dataset, motor, output::OutputFolder},
     progress::Bar,
+    say::say,
 };
 
 /// Simulated times of a map, s: a longer one where a shorter one misses a bin.
@@ -78,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let out = OutputFolder::new(&arguments.out)?;
     let maps = maps(arguments, &motor)?;
     out.write(|draft| dataset::write(&maps, draft))?;
-    println!("{} maps in {}", maps.maps.len(), arguments.out.display());
+    say!("{} maps in {}", maps.maps.len(), arguments.out.display());
     Ok(())
 }
 

@@ -22,6 +22,7 @@ use super::ModelName;
 use crate::{
     exit::Failure,
     files::{motor, output::OutputFile},
+    say::say,
 };
 
 /// More points than this make a file that nobody opens.
@@ -203,7 +204,7 @@ fn write_table(writer: &mut dyn Write, responses: &[Response]) -> io::Result<()>
 fn print_figures(command: &Command, responses: &[Response]) {
     let width = responses.iter().map(|response| response.case.label.chars().count()).max().unwrap_or(0);
     let milli = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{:.1}", 1e3 * value));
-    println!("{:width$}  {}", "", heading(command.name));
+    say!("{:width$}  {}", "", heading(command.name));
     for Response { case, points } in responses {
         let figures = match command.name {
             CommandName::Step => {
@@ -220,7 +221,7 @@ fn print_figures(command: &Command, responses: &[Response]) {
                 format!("{}  {gain:>6}  {phase:>10}", tracking(points, 1.0 / command.frequency_hz))
             }
         };
-        println!("{:width$}  {figures}", case.label);
+        say!("{:width$}  {figures}", case.label);
     }
 }
 
