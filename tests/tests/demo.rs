@@ -33,3 +33,15 @@ fn slow_the_demo_goes_on_where_its_data_ends() {
     assert_eq!(hours(&second), hours(&first) + 24.0);
     assert_eq!(first[0]["serial_number"], second[0]["serial_number"]);
 }
+
+#[test]
+fn the_demo_refuses_a_database_that_asks_for_tokens() {
+    let folder = tempfile::tempdir().unwrap();
+    let database = format!("sqlite:{}", folder.path().join("actuary.sqlite").display());
+    let created = tests::run(&["token", "create", "--scope", "ops", "--database-url", &database]);
+    assert!(created.status.success(), "{}", String::from_utf8_lossy(&created.stderr));
+    let refused = tests::run(&["demo", "--data", folder.path().to_str().unwrap(), "--port", "0", "--exit"]);
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!((refused.status.code(), said.lines().count()), (Some(2), 1), "{said}");
+    assert!(said.contains("tokens were created in") && said.contains("give another folder"), "{said}");
+}

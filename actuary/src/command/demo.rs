@@ -95,6 +95,7 @@ fn hours(arguments: &Arguments) -> Result<Option<f64>, Failure> {
 }
 
 async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> Result<()> {
+    must_admit_all(&database).await?;
     let start: Timestamp = START.parse()?;
     let clock = SimulatedClock::new(DAWN.parse()?);
     let settings = |port| Settings {
@@ -133,6 +134,21 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> 
     }
     service.stop().await?;
     outcome.map(|_| ())
+}
+
+/// Refuses a database whose callers must show a token: the demo's fleet has none.
+async fn must_admit_all(database: &Database) -> Result<()> {
+    let store = database.open().await?;
+    let has_tokens = store.has_tokens().await;
+    store.close().await;
+    if !has_tokens? {
+        return Ok(());
+    }
+    Err(Failure::BadInput(format!(
+        "--data: tokens were created in {database}, so callers must show one, and the demo has none: give another folder, \
+         or let `actuary serve` answer from it and `actuary simulate fleet --token` fly"
+    ))
+    .into())
 }
 
 /// Flies the fleet's past as fast as it can, then its future step by step; the clock flies along.
