@@ -18,7 +18,7 @@ impl Judged {
     fn all<'a>(prognoses: &[RulBody], units: impl Iterator<Item = Truth<'a>>) -> Vec<Self> {
         let judge = |unit: Truth| {
             let mut of_unit = prognoses.iter().filter(|body| body.serial_number == unit.serial_number.as_str());
-            let body = of_unit.find(|body| body.part_number == unit.part_number)?;
+            let body = of_unit.find(|body| body.part_number == unit.part_number && body.life == unit.life)?;
             let (rul, as_of) = (body.rul_fh.as_ref()?, body.as_of.as_ref()?);
             let quantiles_fh = [rul.p10, rul.p50, rul.p90];
             Some(Self { truth_fh: (unit.failure_fh - as_of.flight_hours).max(0.0), quantiles_fh })

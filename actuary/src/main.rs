@@ -18,6 +18,7 @@ mod scorer;
 mod service;
 mod table;
 mod telemetry;
+mod upkeep;
 mod work;
 
 use std::process::ExitCode;

@@ -1,10 +1,10 @@
-//! The REST client of a simulated aircraft and its mechanics: fetches the mask, uploads, reports findings,
+//! The REST client of a simulated aircraft and its mechanics: fetches the mask, uploads, reports maintenance,
 //! and tries again when told to.
 
-use std::time::Duration;
+use std::{collections::BTreeSet, time::Duration};
 
-use domain::{ContentHash, Coordinate, Mask, Position, TailNumber};
-use proto::json::{MaintenanceBody, MaskBody, ModelItem, Page, Problem, TailBody, UploadBody};
+use domain::{ContentHash, Coordinate, Mask, Position, SerialNumber, TailNumber};
+use proto::json::{ComponentBody, MaintenanceBody, MaskBody, ModelItem, Page, Problem, UploadBody};
 use reqwest::{Response, StatusCode, Url};
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -29,6 +29,15 @@ pub enum Sent {
     Accepted,
     /// The service had it already.
     Duplicate,
+}
+
+/// What the service has heard of a unit.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Heard {
+    /// Hours since new of its newest upload; 0 without one.
+    pub flight_hours: f64,
+    /// Maintenance events.
+    pub events: BTreeSet<String>,
 }
 
 impl Client {
@@ -61,9 +70,15 @@ impl Client {
         Ok(mask)
     }
 
-    /// What the service knows of a tail; `None` when it has never heard of it.
-    pub async fn tail(&self, tail: &TailNumber) -> Result<Option<TailBody>, FleetError> {
-        self.get(&format!("v1/tails/{tail}")).await
+    /// What the service has heard of a unit.
+    pub async fn heard(&self, part_number: &str, serial_number: &SerialNumber) -> Result<Heard, FleetError> {
+        let body: Option<ComponentBody> = self.get(&format!("v1/components/{part_number}/{serial_number}")).await?;
+        let Some(ComponentBody { lives, events, .. }) = body else { return Ok(Heard::default()) };
+        let newest = lives.into_iter().filter_map(|life| life.last).map(|last| last.flight_hours);
+        Ok(Heard {
+            flight_hours: newest.fold(0.0, f64::max),
+            events: events.into_iter().map(|event| event.event_id).collect(),
+        })
     }
 
     /// Uploads.

@@ -2,15 +2,19 @@
 //! uploads over REST as an aircraft would. Nothing of the hidden truth leaves but by the truth file.
 
 mod client;
+mod crew;
 mod fleet;
 mod instrument;
+mod plan;
+mod roster;
 mod truth;
 mod unit;
 mod wing;
 
 pub use client::{Client, Sent};
-pub use fleet::{FH_PER_DAY, Fleet, FleetPlan, Flown};
+pub use fleet::{Fleet, Flown};
 pub use instrument::Physics;
+pub use plan::{FH_PER_DAY, FleetPlan, Upkeep};
 pub use truth::{Truth, write_truth};
 
 use domain::Invalid;

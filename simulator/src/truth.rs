@@ -8,25 +8,27 @@ use domain::{Position, SerialNumber, TailNumber};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth<'a> {
     /// Where it is installed.
-    pub tail: &'a TailNumber,
+    pub tail: TailNumber,
     /// On which position.
-    pub position: &'a Position,
+    pub position: Position,
     /// Its part number.
     pub part_number: &'a str,
     /// Its serial number.
     pub serial_number: &'a SerialNumber,
+    /// In which of its lives it is: how often it was overhauled.
+    pub life: u32,
     /// Its hours since new, now.
     pub flight_hours: f64,
-    /// Its hours since new at failure.
+    /// Its hours since new at which it will fail in this life.
     pub failure_fh: f64,
 }
 
-/// Writes one row per unit: `tail,position,part_number,serial_number,flight_hours,t_failure_fh`.
+/// Writes one row per unit: `tail,position,part_number,serial_number,life,flight_hours,t_failure_fh`.
 pub fn write_truth<'a>(units: impl Iterator<Item = Truth<'a>>, out: &mut impl Write) -> io::Result<()> {
-    writeln!(out, "tail,position,part_number,serial_number,flight_hours,t_failure_fh")?;
+    writeln!(out, "tail,position,part_number,serial_number,life,flight_hours,t_failure_fh")?;
     for unit in units {
-        let Truth { tail, position, part_number, serial_number, flight_hours, failure_fh } = unit;
-        writeln!(out, "{tail},{position},{part_number},{serial_number},{flight_hours},{failure_fh}")?;
+        let Truth { tail, position, part_number, serial_number, life, flight_hours, failure_fh } = unit;
+        writeln!(out, "{tail},{position},{part_number},{serial_number},{life},{flight_hours},{failure_fh}")?;
     }
     Ok(())
 }

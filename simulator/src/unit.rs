@@ -1,4 +1,4 @@
-//! One simulated actuator: a serial number and the hidden course of its life.
+//! One simulated actuator: a serial number and the hidden course of its present life.
 
 use domain::{FaultVector, SerialNumber};
 use ema::{
@@ -6,12 +6,18 @@ use ema::{
     wear::{LifeHistory, Regime, simulate_life},
 };
 
-/// A unit, with its life as it would go if nobody ever replaced it.
+/// A unit in one of its lives, which is told as it would go if nobody ever took it out.
 #[derive(Debug)]
 pub struct Unit {
     /// Its serial number.
     pub serial_number: SerialNumber,
-    life: LifeHistory,
+    /// Which unit of the fleet it is.
+    pub index: u64,
+    /// How often it was overhauled.
+    pub life: u32,
+    /// Its hours since new at which this life began.
+    pub began_fh: f64,
+    history: LifeHistory,
 }
 
 /// The hidden condition of a unit at some hour.
@@ -26,30 +32,34 @@ pub struct Condition<'a> {
 }
 
 impl Unit {
-    /// The `index`-th unit of the fleet of `seed`. Every second one has growth that changes in life.
+    /// The `index`-th unit of the fleet of `seed`, new. Every second one has growth that changes in life.
     pub fn new(seed: u64, index: u64) -> Self {
-        let regime = if index.is_multiple_of(2) { Regime::Constant } else { Regime::Varying };
         let serial_number = format!("S{seed}-{index:04}").parse().expect("short and printable");
-        Self { serial_number, life: simulate_life(&Parameters::assessment(), seed, index, regime) }
+        Self { serial_number, index, life: 0, began_fh: 0.0, history: history(seed, index, 0) }
     }
 
-    /// Which unit of the fleet of `seed` carries a serial number; `None` for a stranger.
-    pub fn index_of(seed: u64, serial_number: &str) -> Option<u64> {
-        serial_number.strip_prefix(&format!("S{seed}-"))?.parse().ok()
+    /// The same unit after an overhaul at some hours since new: its wear begins anew.
+    pub fn overhauled(&self, seed: u64, at_fh: f64) -> Self {
+        let life = self.life + 1;
+        let history = history(seed, self.index, life);
+        Self { serial_number: self.serial_number.clone(), index: self.index, life, began_fh: at_fh, history }
     }
 
-    /// Hours since new at which it fails.
+    /// Hours since new at which it fails in this life.
     pub fn failure_fh(&self) -> f64 {
-        self.life.t_failure_fh
+        self.began_fh + self.history.t_failure_fh
     }
 
-    /// Its condition after `hours`; that at failure beyond it.
+    /// Its condition at `hours` since new; that at failure beyond it.
     pub fn at(&self, hours: f64) -> Condition<'_> {
-        let index = self.life.t_fh.partition_point(|&t| t <= hours).saturating_sub(1);
-        Condition {
-            faults: &self.life.states[index],
-            load: self.life.load[index],
-            temperature: self.life.temperature[index],
-        }
+        let history = &self.history;
+        let index = history.t_fh.partition_point(|&t| t <= hours - self.began_fh).saturating_sub(1);
+        Condition { faults: &history.states[index], load: history.load[index], temperature: history.temperature[index] }
     }
+}
+
+/// A life of a unit; lives beyond the first are drawn apart from those of any other unit.
+fn history(seed: u64, index: u64, life: u32) -> LifeHistory {
+    let regime = if index.is_multiple_of(2) { Regime::Constant } else { Regime::Varying };
+    simulate_life(&Parameters::assessment(), seed, index | u64::from(life) << 32, regime)
 }

@@ -29,6 +29,8 @@ fn bad_input_exits_with_2_and_says_what_is_wrong() {
     refused(&["train", "--out", out.to_str().unwrap(), "--motor", motor.to_str().unwrap()], 2, "no-load speed");
     refused(&["train", "--out", "x", "--samples", "1"], 2, "--samples");
     refused(&["demo", "--hours", "-1", "--exit"], 2, "--hours");
+    refused(&["demo", "--swaps", "-1"], 2, "swaps must be 0 to 100 per 1000 flight hours, not -1");
+    refused(&["simulate", "fleet", "--url", "http://127.0.0.1:9", "--overhauls", "NaN"], 2, "overhauls must be");
     refused(&["demo", "--colour"], 2, "--colour");
     refused(&["simulate", "fleet", "--url", "nowhere"], 2, "nowhere");
     refused(&["simulate", "history", "--runs", "0", "--seed", "1", "--out", "x"], 2, "--runs");

@@ -9,7 +9,6 @@ use std::{
 
 use anyhow::{Context, Result, anyhow};
 use clap::Args;
-use domain::Timestamp;
 use proto::json::{Page, RulBody, TailItem};
 use simulator::{Client, Fleet, FleetPlan, Physics};
 use tokio::task::JoinHandle;
@@ -24,6 +23,7 @@ use crate::{
     say::{note, say},
     service::{Api, Service, Settings, Work, interrupted, on_runtime},
     table, telemetry,
+    upkeep::UpkeepArguments,
 };
 
 /// When the demo's future begins.
@@ -61,6 +61,8 @@ pub struct Arguments {
     /// Port on the loopback address; 8080, or any free one if that is taken.
     #[arg(long)]
     port: Option<u16>,
+    #[command(flatten)]
+    upkeep: UpkeepArguments,
     /// Stop after the hours (200 when not given), once nothing is pending.
     #[arg(long)]
     exit: bool,
@@ -95,8 +97,8 @@ fn hours(arguments: &Arguments) -> Result<Option<f64>, Failure> {
 }
 
 async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> Result<()> {
+    let plan = plan(arguments)?;
     must_admit_all(&database).await?;
-    let start: Timestamp = START.parse()?;
     let clock = SimulatedClock::new(DAWN.parse()?);
     let settings = |port| Settings {
         database: database.clone(),
@@ -115,13 +117,6 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> 
     let url = format!("http://{}", service.api.context("the demo answers nobody")?);
     let screen = Screen { url: url.clone(), json: arguments.json };
     screen.say(&format!("Fleet health at {url}/  (REST: /openapi.json, gRPC with reflection on the same port)"));
-    let plan = FleetPlan {
-        tails: arguments.tails as usize,
-        positions: 2,
-        seed: arguments.seed,
-        start,
-        physics: Physics::HighFidelity,
-    };
     let flight = tokio::spawn(fly(plan, url, clock, hours, !arguments.exit));
     let onlooker = tokio::spawn(screen.clone().look_on());
     let outcome = tokio::select! {
@@ -134,6 +129,20 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> 
     }
     service.stop().await?;
     outcome.map(|_| ())
+}
+
+/// The fleet that was asked for.
+fn plan(arguments: &Arguments) -> Result<FleetPlan> {
+    let plan = FleetPlan {
+        tails: arguments.tails as usize,
+        positions: 2,
+        seed: arguments.seed,
+        start: START.parse()?,
+        physics: Physics::HighFidelity,
+        upkeep: arguments.upkeep.into(),
+    };
+    plan.check().map_err(|error| Failure::BadInput(error.to_string()))?;
+    Ok(plan)
 }
 
 /// Refuses a database whose callers must show a token: the demo's fleet has none.

@@ -7,12 +7,13 @@ use clap::{Args, ValueEnum};
 use domain::Timestamp;
 use simulator::{Client, Fleet, FleetError, FleetPlan, Physics};
 
-use crate::{clock, exit::Failure, http::Access, say::say, telemetry};
+use crate::{clock, exit::Failure, http::Access, say::say, telemetry, upkeep::UpkeepArguments};
 
 /// How long an answer may take.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Fly a simulated fleet against a running service, as fast as it takes the uploads.
+/// Fly a simulated fleet against a running service, as fast as it takes the uploads, and report what its mechanics do. Started
+/// again with the same options, it goes on where the service heard of it last.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  actuary simulate fleet --url http://127.0.0.1:8080 --tails 2 --truth truth.csv")]
 pub struct Arguments {
@@ -39,6 +40,8 @@ pub struct Arguments {
     /// What makes the samples.
     #[arg(long, value_enum, default_value_t = PhysicsName::Hf)]
     physics: PhysicsName,
+    #[command(flatten)]
+    upkeep: UpkeepArguments,
     /// Where to write the hidden truth.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
@@ -73,6 +76,7 @@ async fn fly(arguments: Arguments) -> Result<()> {
             PhysicsName::Hf => Physics::HighFidelity,
             PhysicsName::ClosedForm => Physics::ClosedForm,
         },
+        upkeep: arguments.upkeep.into(),
     };
     let http = arguments.access.client(&arguments.url, PATIENCE)?;
     let client = Client::new(http, &arguments.url).map_err(failure)?;
