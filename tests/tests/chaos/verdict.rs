@@ -10,7 +10,7 @@ use crate::{
 
 /// Each operator is shown all its own uploads, and nothing else.
 pub async fn within_walls(access: &Access, traffic: &Traffic) {
-    for operator in 0..OPERATORS.len() {
+    for (operator, name) in OPERATORS.iter().enumerate() {
         let (mut shown, mut cursor) = (Vec::new(), String::new());
         loop {
             let page = access.get(operator, &format!("/v1/uploads?state=processed&limit=1000{cursor}")).await;
@@ -24,8 +24,8 @@ pub async fn within_walls(access: &Access, traffic: &Traffic) {
         let mut own: Vec<String> = own.map(upload).collect();
         shown.sort();
         own.sort();
-        assert!(shown == own, "{} is shown {} uploads of {}", OPERATORS[operator], shown.len(), own.len());
-        println!("{} is shown its {} uploads", OPERATORS[operator], shown.len());
+        assert!(shown == own, "{name} is shown {} uploads of {}", shown.len(), own.len());
+        println!("{name} is shown its {} uploads", shown.len());
     }
 }
 
