@@ -84,8 +84,8 @@ impl Store {
 
     /// Opens an existing database for administrative acts, also while a service has it open.
     ///
-    /// A Postgres database is open to all anyway. That is safe on SQLite, too, where one process owns a file: it takes the writers of all processes one after the
-    /// other, each waits for the other's transaction, and what is committed is as durable as the owner's. The lock
+    /// A Postgres database is open to all anyway. That is safe on SQLite, too, where one process owns a file: it takes
+    /// the writers of all processes one after the other, each waits for the other's transaction, and what is committed is as durable as the owner's. The lock
     /// on the file is there for what an owner knows beyond the database: leases end when it opens the file, and its
     /// workers are woken inside of it. Administrative acts rest on neither. They are short, so that nobody waits for
     /// long; uploads and results do not come this way. The schema must be that of this build: nothing is migrated.

@@ -4,10 +4,11 @@
 //! `input_revision`; a result sets `processed_revision` to the revision that its lease had read, if
 //! the lease still holds; a component waits while input > processed, so that an input during
 //! processing is never lost. A lease adds 1 to `fence` and to `attempts`; a result sets `attempts`
-//! to 0. Each attempt has twice the time of the one before ([`Lease::duration`]), whether a worker was too slow,
-//! failed or died; only an attempt that a correction ends does not count. `not_before` is when a component began to wait, or when its back-off ends; the smallest
-//! goes first. What takes results back also ends the lease, so that nothing is written that rests on
-//! them. *Requires:* results and their check of the fence in one transaction.
+//! to 0. Each attempt has twice the time of the one before ([`Lease::duration`]), whether a worker was
+//! too slow, failed or died; only an attempt that a correction ends does not count. `not_before` is when
+//! a component began to wait, or when its back-off ends; the smallest goes first. What takes results back
+//! also ends the lease, so that nothing is written that rests on them. *Requires:*
+//! results and their check of the fence in one transaction.
 
 use std::time::Duration;
 
