@@ -79,6 +79,9 @@ async fn check(connection: &mut PgConnection) -> Result<(), StoreError> {
     match schema_version(connection).await? {
         None => return Err(StoreError::NotMigrated),
         Some(version) if version < SCHEMA => return Err(StoreError::OlderSchema { version, own: SCHEMA }),
+        Some(version) if !is_sealed(connection).await? => {
+            return Err(StoreError::OlderSchema { version: version - 1, own: SCHEMA });
+        }
         Some(_) => {}
     }
     check_durability(connection).await
@@ -123,6 +126,12 @@ pub(super) async fn schema_version(connection: &mut PgConnection) -> Result<Opti
         return Err(StoreError::NewerSchema { version, min_binary, own: SCHEMA });
     }
     Ok(Some(version))
+}
+
+/// Whether every row has its checksum: `actuary migrate` was not interrupted before that.
+async fn is_sealed(connection: &mut PgConnection) -> Result<bool, StoreError> {
+    let sealed: i64 = sqlx::query_scalar("select sealed from public.schema_info").fetch_one(connection).await?;
+    Ok(sealed == 1)
 }
 
 /// Refuses a role that row-level security does not hold, or that is not let in.

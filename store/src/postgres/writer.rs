@@ -18,7 +18,7 @@ use tokio::time::sleep;
 
 use super::{
     Connection,
-    sql::{Job, Reach},
+    sql::{Job, Reach, enrol_operator},
 };
 use crate::{Clock, StoreError};
 
@@ -171,11 +171,7 @@ async fn lock_operator(connection: &mut Connection, operator: &OperatorId, now: 
     if lock().fetch_optional(&mut *connection).await?.is_some() {
         return Ok(());
     }
-    sqlx::query("insert into operators (operator, enrolled_at) values ($1, $2) on conflict (operator) do nothing")
-        .bind(operator.as_str())
-        .bind(now.micros())
-        .execute(&mut *connection)
-        .await?;
+    enrol_operator(connection, operator, now).await?;
     lock().fetch_one(connection).await?;
     Ok(())
 }

@@ -7,6 +7,7 @@ use super::{
     Connection,
     lives::LifePointer,
     row::{BindKey, UploadKey, corrupt},
+    sealed::{self, Sealed, sealed},
     uploads,
 };
 use crate::StoreError;
@@ -18,14 +19,54 @@ pub(super) async fn reason(
     connection: &mut Connection,
     key: &UploadKey,
 ) -> Result<Option<(SetAsideReason, String)>, StoreError> {
-    let found: Option<(String, String)> = sqlx::query_as(
-        "select reason, detail from uploads_set_aside
+    let found = sqlx::query_as(
+        "select operator, part_number, serial_number, recorded_at, upload_id, reason, detail, set_aside_at,
+                checksum as aside_checksum
+         from set_aside
          where operator = $1 and part_number = $2 and serial_number = $3 and recorded_at = $4 and upload_id = $5",
-    )
-    .bind_upload(key)
-    .fetch_optional(connection)
-    .await?;
-    found.map(|(code, detail)| Ok((reason_of(&code)?, detail))).transpose()
+    );
+    let found: Option<SetAsideRow> = found.bind_upload(key).fetch_optional(&mut *connection).await?;
+    if let Some(row) = found.map(Sealed::checked).transpose()? {
+        return Ok(Some((reason_of(&row.reason)?, row.detail)));
+    }
+    let found = sqlx::query_as(
+        "select x.operator, x.part_number, x.serial_number, x.recorded_at, x.upload_id, x.overhaul_index,
+                x.generation, x.reason, x.detail, x.checksum as exclusion_checksum
+         from exclusions x cross join lives l
+         where x.operator = $1 and x.part_number = $2 and x.serial_number = $3 and x.recorded_at = $4
+           and x.upload_id = $5
+           and l.operator = x.operator and l.part_number = x.part_number and l.serial_number = x.serial_number
+           and l.overhaul_index = x.overhaul_index and l.generation = x.generation",
+    );
+    let found: Option<ExclusionRow> = found.bind_upload(key).fetch_optional(connection).await?;
+    found.map(|row| row.checked().and_then(|row| Ok((reason_of(&row.reason)?, row.detail)))).transpose()
+}
+
+sealed! {
+    /// An upload without an estimate, and why.
+    SetAsideRow of "set_aside", checksum "aside_checksum",
+    key { operator: String, part_number: String, serial_number: String, recorded_at: i64, upload_id: String }
+    columns { reason: String, detail: String, set_aside_at: i64 }
+    values "$1, $2, $3, $4, $5, $6, $7, $8, $9"
+    where "operator = $2 and part_number = $3 and serial_number = $4 and recorded_at = $5 and upload_id = $6"
+}
+
+sealed! {
+    /// An upload that does not count in one generation of a life, and why.
+    ExclusionRow of "exclusions", checksum "exclusion_checksum",
+    key {
+        operator: String,
+        part_number: String,
+        serial_number: String,
+        recorded_at: i64,
+        upload_id: String,
+        overhaul_index: i64,
+        generation: i64,
+    }
+    columns { reason: String, detail: String }
+    values "$1, $2, $3, $4, $5, $6, $7, $8, $9, $10"
+    where "operator = $2 and part_number = $3 and serial_number = $4 and recorded_at = $5 and upload_id = $6
+           and overhaul_index = $7 and generation = $8"
 }
 
 fn reason_of(code: &str) -> Result<SetAsideReason, StoreError> {
@@ -41,20 +82,19 @@ pub(super) async fn set_aside(
 ) -> Result<(), StoreError> {
     let key = uploads::known_key(connection, component, &one.upload_id).await?;
     uploads::leave_inbox(connection, &key).await?;
-    sqlx::query(
-        "insert into set_aside
-         (operator, part_number, serial_number, recorded_at, upload_id, reason, detail, set_aside_at)
-         values ($1, $2, $3, $4, $5, $6, $7, $8)
-         on conflict (operator, part_number, serial_number, recorded_at, upload_id) do update set
-           reason = excluded.reason, detail = excluded.detail",
-    )
-    .bind_upload(&key)
-    .bind(one.reason.as_str())
-    .bind(&one.detail)
-    .bind(now.micros())
-    .execute(connection)
-    .await?;
-    Ok(())
+    readmit(connection, &key).await?;
+    let row = SetAsideRow {
+        operator: component.operator.to_string(),
+        part_number: component.part_number.to_string(),
+        serial_number: component.serial_number.to_string(),
+        recorded_at: key.recorded_at,
+        upload_id: one.upload_id.to_string(),
+        reason: one.reason.as_str().to_owned(),
+        detail: one.detail.clone(),
+        set_aside_at: now.micros(),
+        checksum: None,
+    };
+    sealed::insert(connection, &row).await
 }
 
 /// Takes back that an upload has no estimate.
@@ -87,18 +127,19 @@ pub(super) async fn exclude(
     .await?;
     for one in excluded {
         let key = uploads::known_key(connection, component, &one.upload_id).await?;
-        sqlx::query(
-            "insert into exclusions
-             (operator, part_number, serial_number, recorded_at, upload_id, overhaul_index, generation, reason, detail)
-             values ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
-        )
-        .bind_upload(&key)
-        .bind(pointer.overhaul_index)
-        .bind(pointer.generation)
-        .bind(one.reason.as_str())
-        .bind(&one.detail)
-        .execute(&mut *connection)
-        .await?;
+        let row = ExclusionRow {
+            operator: component.operator.to_string(),
+            part_number: component.part_number.to_string(),
+            serial_number: component.serial_number.to_string(),
+            recorded_at: key.recorded_at,
+            upload_id: one.upload_id.to_string(),
+            overhaul_index: pointer.overhaul_index,
+            generation: pointer.generation,
+            reason: one.reason.as_str().to_owned(),
+            detail: one.detail.clone(),
+            checksum: None,
+        };
+        sealed::insert(connection, &row).await?;
     }
     Ok(())
 }

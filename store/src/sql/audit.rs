@@ -1,10 +1,13 @@
 //! The audit log: records are appended in the transaction of the act itself, and never changed.
 
+use std::collections::BTreeSet;
+
 use domain::{Act, Action, AuditRecord, ContentHash, OperatorId, Timestamp};
 use serde_json::Value;
 
 use super::{
     Connection, Engine,
+    anchors::{self, Anchor},
     row::{Body, corrupt, count, encode, hash, parse},
     write::{Reach, Write},
 };
@@ -12,7 +15,7 @@ use crate::{AuditChain, AuditDamage, StoreError};
 
 const AUDIT: &str = "audit";
 /// The chain of the installation, as no operator can be called.
-const INSTALLATION: &str = "";
+pub(super) const INSTALLATION: &str = "";
 /// How many records are checked at a time.
 const PAGE: u32 = 1000;
 
@@ -28,12 +31,14 @@ impl Engine {
     }
 
     pub(crate) async fn verify_audit(&self) -> Result<Vec<AuditChain>, StoreError> {
-        let sql = "select distinct operator from audit order by operator";
-        let names: Vec<String> = sqlx::query_scalar(sql).fetch_all(&mut *self.read_all().await?).await?;
+        let names: BTreeSet<String> = {
+            let mut transaction = self.read_all().await?;
+            let anchored = anchors::chains(&mut transaction).await?;
+            chains(&mut transaction).await?.into_iter().chain(anchored).collect()
+        };
         let mut chains = Vec::with_capacity(names.len());
         for name in names {
-            let operator = if name == INSTALLATION { None } else { Some(parse(AUDIT, &name)?) };
-            chains.push(self.verify_chain(operator).await?);
+            chains.push(self.verify_chain(operator_of(&name)?).await?);
         }
         Ok(chains)
     }
@@ -41,6 +46,14 @@ impl Engine {
     async fn verify_chain(&self, operator: Option<OperatorId>) -> Result<AuditChain, StoreError> {
         let newest = AuditRecord::origin(operator.as_ref());
         let mut chain = AuditChain { operator, records: 0, newest, damage: None };
+        // Read before the log, which may grow meanwhile.
+        let anchor = match self.anchor(chain.operator.as_ref()).await {
+            Err(StoreError::Corrupt { detail, .. }) => {
+                chain.damage = Some(AuditDamage { sequence: 0, detail: format!("its anchor: {detail}") });
+                return Ok(chain);
+            }
+            anchor => anchor?,
+        };
         // One page after the other, so that no transaction is open for long.
         loop {
             // The first page begins below 1: nothing belongs there.
@@ -54,11 +67,27 @@ impl Engine {
                 }
                 chain.records += 1;
                 chain.newest = ContentHash::of(&row.body);
+                if anchor.is_some_and(|anchor| anchor.sequence == row.sequence && anchor.hash != chain.newest) {
+                    chain.damage = Some(AuditDamage {
+                        sequence: chain.records,
+                        detail: format!("it has hash {}, which is not that of its anchor", chain.newest),
+                    });
+                    return Ok(chain);
+                }
             }
             if last {
+                chain.damage = held_by(anchor, chain.records);
                 return Ok(chain);
             }
         }
+    }
+
+    async fn anchor(&self, operator: Option<&OperatorId>) -> Result<Option<Anchor>, StoreError> {
+        let mut connection = match operator {
+            Some(operator) => self.read(operator).await?,
+            None => self.read_installation().await?,
+        };
+        anchors::find(&mut connection, chain_column(operator)).await
     }
 
     async fn audit_rows(
@@ -81,6 +110,49 @@ impl Engine {
         .await?;
         Ok(rows)
     }
+}
+
+/// Names all chains that have a record.
+pub(super) async fn chains(connection: &mut Connection) -> Result<Vec<String>, StoreError> {
+    Ok(sqlx::query_scalar("select distinct operator from audit order by operator").fetch_all(connection).await?)
+}
+
+/// What an anchor tells of a chain of so many records.
+fn held_by(anchor: Option<Anchor>, records: u64) -> Option<AuditDamage> {
+    let detail = match anchor.map(|anchor| anchor.sequence) {
+        None if records > 0 => "its anchor is missing".to_owned(),
+        Some(newest) if i64::try_from(records).is_ok_and(|records| records < newest) => {
+            format!("it is missing, and so are all later ones up to {newest}")
+        }
+        _ => return None,
+    };
+    Some(AuditDamage { sequence: records + 1, detail })
+}
+
+/// Anchors a chain that has no anchor yet where it ends now.
+pub(super) async fn anchor(connection: &mut Connection, chain: &str) -> Result<(), StoreError> {
+    if anchors::find(connection, chain).await?.is_some() {
+        return Ok(());
+    }
+    let newest: Option<(i64, Vec<u8>)> =
+        sqlx::query_as("select sequence, hash from audit where operator = $1 order by sequence desc limit 1")
+            .bind(chain)
+            .fetch_optional(&mut *connection)
+            .await?;
+    let tokens: i64 = sqlx::query_scalar("select count(*) from tokens where operator = $1")
+        .bind(chain)
+        .fetch_one(&mut *connection)
+        .await?;
+    let (sequence, hash) = match newest {
+        Some((sequence, bytes)) => (sequence, hash(AUDIT, &bytes)?),
+        None => (0, AuditRecord::origin(operator_of(chain)?.as_ref())),
+    };
+    anchors::put(connection, chain, Anchor { sequence, hash, tokens }).await
+}
+
+/// Whose a chain is; nobody's is that of the installation.
+fn operator_of(chain: &str) -> Result<Option<OperatorId>, StoreError> {
+    if chain == INSTALLATION { Ok(None) } else { parse(AUDIT, chain).map(Some) }
 }
 
 fn chain_column(operator: Option<&OperatorId>) -> &str {
@@ -178,15 +250,9 @@ impl<W: Write> Write for Audited<W> {
 
 /// Appends a record to a chain.
 async fn append(connection: &mut Connection, operator: Option<&OperatorId>, trace: &Trace) -> Result<(), StoreError> {
-    let newest: Option<(i64, Vec<u8>)> =
-        sqlx::query_as("select sequence, hash from audit where operator = $1 order by sequence desc limit 1")
-            .bind(chain_column(operator))
-            .fetch_optional(&mut *connection)
-            .await?;
-    let (last, previous) = match newest {
-        None => (0, AuditRecord::origin(operator)),
-        Some((last, bytes)) => (last, hash(AUDIT, &bytes)?),
-    };
+    let anchored = anchors::find(connection, chain_column(operator)).await?;
+    let origin = Anchor { sequence: 0, hash: AuditRecord::origin(operator), tokens: 0 };
+    let Anchor { sequence: last, hash: previous, tokens } = anchored.unwrap_or(origin);
     let record = AuditRecord {
         operator: operator.cloned(),
         sequence: count(AUDIT, last + 1)?,
@@ -203,7 +269,9 @@ async fn append(connection: &mut Connection, operator: Option<&OperatorId>, trac
         .bind(last + 1)
         .bind(&body)
         .bind(&ContentHash::of(body.as_bytes()).bytes()[..])
-        .execute(connection)
+        .execute(&mut *connection)
         .await?;
-    Ok(())
+    let tokens = tokens + i64::from(trace.action == Action::TokenCreated);
+    let anchor = Anchor { sequence: last + 1, hash: ContentHash::of(body.as_bytes()), tokens };
+    anchors::put(connection, chain_column(operator), anchor).await
 }

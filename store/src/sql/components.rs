@@ -3,23 +3,46 @@
 use domain::{Component, Timestamp};
 
 use super::{
-    Engine, endings, generations,
+    Connection, Engine, endings, generations,
     history::{self, End},
     installations, lives,
     row::{BindKey, count},
+    sealed::{Sealed, sealed},
 };
 use crate::{ComponentRecord, GenerationRecord, LifeRecord, StoreError};
+
+sealed! {
+    /// A component that was ever heard of.
+    ComponentRow of "components", checksum "component_checksum",
+    key { operator: String, part_number: String, serial_number: String }
+    columns { enrolled_at: i64 }
+    values "$1, $2, $3, $4, $5" where "operator = $2 and part_number = $3 and serial_number = $4"
+}
+
+impl ComponentRow {
+    pub(super) fn of(component: &Component, enrolled_at: Timestamp) -> Self {
+        Self {
+            operator: component.operator.to_string(),
+            part_number: component.part_number.to_string(),
+            serial_number: component.serial_number.to_string(),
+            enrolled_at: enrolled_at.micros(),
+            checksum: None,
+        }
+    }
+}
+
+async fn find(connection: &mut Connection, component: &Component) -> Result<Option<ComponentRow>, StoreError> {
+    let query = sqlx::query_as(
+        "select operator, part_number, serial_number, enrolled_at, checksum as component_checksum from components
+         where operator = $1 and part_number = $2 and serial_number = $3",
+    );
+    query.bind_component(component).fetch_optional(connection).await?.map(Sealed::checked).transpose()
+}
 
 impl Engine {
     pub(crate) async fn component(&self, component: &Component) -> Result<Option<ComponentRecord>, StoreError> {
         let mut transaction = self.read(&component.operator).await?;
-        let enrolled: Option<(i64,)> = sqlx::query_as(
-            "select enrolled_at from components where operator = $1 and part_number = $2 and serial_number = $3",
-        )
-        .bind_component(component)
-        .fetch_optional(&mut *transaction)
-        .await?;
-        let Some((enrolled_at,)) = enrolled else { return Ok(None) };
+        let Some(enrolled) = find(&mut transaction, component).await? else { return Ok(None) };
         let mut endings = endings::of_component(&mut transaction, component).await?;
         let generations = generations::of_component(&mut transaction, component).await?;
         let mut lives = Vec::new();
@@ -36,19 +59,12 @@ impl Engine {
         }
         let installations = installations::of_component(&mut transaction, component).await?;
         let contradictions = installations::contradictions(&mut transaction, component).await?;
-        let enrolled_at = Timestamp::from_micros(enrolled_at);
+        let enrolled_at = Timestamp::from_micros(enrolled.enrolled_at);
         Ok(Some(ComponentRecord { enrolled_at, lives, installations, contradictions }))
     }
 
     pub(crate) async fn knows_component(&self, component: &Component) -> Result<bool, StoreError> {
-        let (known,): (bool,) = sqlx::query_as(
-            "select exists (
-               select 1 from components where operator = $1 and part_number = $2 and serial_number = $3)",
-        )
-        .bind_component(component)
-        .fetch_one(&mut *self.read(&component.operator).await?)
-        .await?;
-        Ok(known)
+        Ok(find(&mut *self.read(&component.operator).await?, component).await?.is_some())
     }
 }
 

@@ -13,7 +13,8 @@ use super::{
     audit::Trace,
     checkpoints, history, installations, lives, queue,
     row::{BindKey, UploadKey},
-    uploads,
+    sealed,
+    uploads::{self, VoidedRow},
     write::{Reach, Write},
 };
 use crate::{Retrial, StoreError, UploadState, Voiding};
@@ -75,16 +76,7 @@ impl Write for Void {
 
 /// Whether it was not voided before.
 async fn mark_voided(connection: &mut Connection, key: &UploadKey, voided_at: Timestamp) -> Result<bool, StoreError> {
-    let marked = sqlx::query(
-        "insert into voided (operator, part_number, serial_number, recorded_at, upload_id, voided_at)
-         values ($1, $2, $3, $4, $5, $6)
-         on conflict (operator, part_number, serial_number, recorded_at, upload_id) do nothing",
-    )
-    .bind_upload(key)
-    .bind(voided_at.micros())
-    .execute(connection)
-    .await?;
-    Ok(marked.rows_affected() == 1)
+    sealed::insert_new(connection, &VoidedRow::of(key, voided_at)).await
 }
 
 /// A life of which nothing is left and nothing is to come answers at once like one without history.
@@ -156,25 +148,22 @@ pub(super) async fn send_back(
     now: Timestamp,
 ) -> Result<(), StoreError> {
     queue::revise(connection, component, now).await?;
-    sqlx::query(
-        "insert into inbox (operator, part_number, serial_number, recorded_at, upload_id, since)
-         select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, $7
-         from uploads u
+    let moments = sqlx::query_as(
+        "select u.recorded_at, u.upload_id from uploads u
          where u.operator = $1 and u.part_number = $2 and u.serial_number = $3
            and u.recorded_at >= $4 and u.recorded_at < $5 and ($6 is null or u.upload_id = $6)
            and not exists (
              select 1 from voided v
              where v.operator = u.operator and v.part_number = u.part_number and v.serial_number = u.serial_number
-               and v.recorded_at = u.recorded_at and v.upload_id = u.upload_id)
-         on conflict (operator, part_number, serial_number, recorded_at, upload_id) do nothing",
+               and v.recorded_at = u.recorded_at and v.upload_id = u.upload_id)",
     )
     .bind_component(component)
     .bind(span.recorded_at.start)
     .bind(span.recorded_at.end)
     .bind(span.only.map(UploadId::as_str))
-    .bind(since.micros())
-    .execute(&mut *connection)
+    .fetch_all(&mut *connection)
     .await?;
+    uploads::let_wait(connection, component, moments, since).await?;
     forget_results(connection, component, span).await
 }
 

@@ -12,9 +12,10 @@ use serde::Serialize;
 use super::{
     Connection, Engine,
     history::{self, EstimateRange, StateRange},
-    lives::LifePointer,
+    lives::{LifeRow, life_columns},
     operators,
-    row::{ComponentColumns, count},
+    row::count,
+    sealed::Sealed,
 };
 use crate::{Digest, StoreError};
 
@@ -34,15 +35,17 @@ impl Engine {
 async fn extend(connection: &mut Connection, operator: &OperatorId, digest: &mut Digest) -> Result<(), StoreError> {
     let lives = sqlx::query_scalar("select count(*) from lives where operator = $1").bind(operator.as_str());
     digest.lives += count::<u64>("lives", lives.fetch_one(&mut *connection).await?)?;
-    let rows: Vec<GenerationRow> = sqlx::query_as(
-        "select operator, part_number, serial_number, overhaul_index, generation from lives
-         where operator = $1 order by part_number, serial_number, overhaul_index",
-    )
+    let rows: Vec<LifeRow> = sqlx::query_as(concat!(
+        "select ",
+        life_columns!(),
+        "from lives l where l.operator = $1 order by l.part_number, l.serial_number, l.overhaul_index"
+    ))
     .bind(operator.as_str())
     .fetch_all(&mut *connection)
     .await?;
-    for GenerationRow { key, pointer } in rows {
-        let component = key.component("lives")?;
+    for row in rows {
+        let row = row.checked()?;
+        let (component, pointer) = (row.component()?, row.pointer());
         let life = (&component, pointer.overhaul_index, pointer.generation);
         for estimate in history::estimates(connection, &component, pointer, EstimateRange::ALL).await? {
             digest.estimates += 1;
@@ -54,14 +57,6 @@ async fn extend(connection: &mut Connection, operator: &OperatorId, digest: &mut
         }
     }
     Ok(())
-}
-
-#[derive(sqlx::FromRow)]
-struct GenerationRow {
-    #[sqlx(flatten)]
-    key: ComponentColumns,
-    #[sqlx(flatten)]
-    pointer: LifePointer,
 }
 
 fn chained(so_far: ContentHash, result: &impl Serialize) -> ContentHash {

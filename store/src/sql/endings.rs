@@ -7,8 +7,9 @@ use domain::{Component, ContentHash, OperatorId, PartNumber};
 use super::{
     Connection,
     events::{EventRow, event_columns},
-    lives::LifePointer,
+    lives::{LifePointer, LifeRow},
     row::BindKey,
+    sealed::Sealed,
 };
 use crate::StoreError;
 
@@ -26,8 +27,7 @@ pub(super) struct Ending {
 #[derive(sqlx::FromRow)]
 struct EndingRow {
     #[sqlx(flatten)]
-    pointer: LifePointer,
-    began_fh: f64,
+    life: LifeRow,
     #[sqlx(flatten)]
     event: EventRow,
 }
@@ -36,7 +36,8 @@ impl EndingRow {
     fn ending(self) -> Result<Ending, StoreError> {
         let component = self.event.component()?;
         let failure_fh = self.event.record()?.event.flight_hours;
-        Ok(Ending { component, pointer: self.pointer, began_fh: self.began_fh, failure_fh })
+        let life = self.life.checked()?;
+        Ok(Ending { component, pointer: life.pointer(), began_fh: life.began_fh, failure_fh })
     }
 }
 
@@ -45,7 +46,8 @@ impl EndingRow {
 macro_rules! endings {
     ($lives:literal, $condition:literal) => {
         concat!(
-            "select l.overhaul_index, l.generation, l.began_fh, ",
+            "select l.overhaul_index, l.generation, l.prognosis_fence, l.ended_by, l.began_by, l.began_fh, l.began_at,
+                    l.checksum as life_checksum, ",
             event_columns!(),
             "from ",
             $lives,

@@ -13,6 +13,7 @@ use super::{
     audit::Trace,
     installations, lives, movements, overhauls, queue,
     row::{BindKey, Body, ComponentColumns, checksum, decode, encode, hours_column, parse},
+    sealed::{self, Sealed, sealed},
     tails, verify,
     write::{Reach, Write},
 };
@@ -68,7 +69,7 @@ impl Engine {
 macro_rules! event_columns {
     () => {
         "e.operator, e.part_number, e.serial_number, e.event_id, e.kind, e.occurred_at, e.flight_hours,
-         e.received_at, e.body, e.checksum, v.voided_at "
+         e.received_at, e.body, e.checksum, v.voided_at, v.checksum as voided_checksum "
     };
 }
 pub(super) use event_columns;
@@ -99,6 +100,28 @@ pub(super) struct EventRow {
     body: Body,
     checksum: Vec<u8>,
     voided_at: Option<i64>,
+    voided_checksum: Option<Vec<u8>>,
+}
+
+sealed! {
+    /// An event that was taken back.
+    VoidedEventRow of "voided_events", checksum "voided_checksum",
+    key { operator: String, event_id: String }
+    columns { part_number: String, serial_number: String, voided_at: i64 }
+    values "$1, $2, $3, $4, $5, $6" where "operator = $2 and event_id = $3"
+}
+
+impl VoidedEventRow {
+    fn of(component: &Component, id: &EventId, voided_at: i64) -> Self {
+        Self {
+            operator: component.operator.to_string(),
+            event_id: id.to_string(),
+            part_number: component.part_number.to_string(),
+            serial_number: component.serial_number.to_string(),
+            voided_at,
+            checksum: None,
+        }
+    }
 }
 
 impl EventRow {
@@ -115,6 +138,10 @@ impl EventRow {
             flight_hours: self.flight_hours,
             received_at: self.received_at,
         };
+        if let Some(voided_at) = self.voided_at {
+            let voided = VoidedEventRow::of(name.component, name.id, voided_at);
+            VoidedEventRow { checksum: self.voided_checksum, ..voided }.check()?;
+        }
         Ok(EventRecord {
             event: decode(&name.tuple(), &self.body, &self.checksum)?,
             received_at: Timestamp::from_micros(self.received_at),
@@ -246,15 +273,8 @@ impl Write for Void {
         }
         let component = event.component(&self.operator);
         let revision = revoke_lease(connection, &component, &event, now).await?;
-        sqlx::query(
-            "insert into voided_events (operator, part_number, serial_number, event_id, voided_at)
-             values ($1, $2, $3, $4, $5)",
-        )
-        .bind_component(&component)
-        .bind(self.id.as_str())
-        .bind(self.voided_at.micros())
-        .execute(&mut *connection)
-        .await?;
+        let voided = VoidedEventRow::of(&component, &self.id, self.voided_at.micros());
+        sealed::insert(connection, &voided).await?;
         if movements::direction(event.kind).is_some() {
             movements::delete(connection, &component, &self.id).await?;
         }
@@ -330,8 +350,8 @@ async fn overhauls_of(connection: &mut Connection, component: &Component) -> Res
 
 /// Finds for each life of a component the event that ends it, or that none does any longer.
 pub(super) async fn find_ends(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
-    sqlx::query(
-        "update lives set ended_by = (
+    let ends = sqlx::query_as(
+        "select lives.overhaul_index, (
            select e.event_id from maintenance_events e
            where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and e.kind = $4
              and not exists (select 1 from voided_events v where v.operator = e.operator and v.event_id = e.event_id)
@@ -341,14 +361,11 @@ pub(super) async fn find_ends(connection: &mut Connection, component: &Component
                where n.operator = $1 and n.part_number = $2 and n.serial_number = $3
                  and n.overhaul_index = lives.overhaul_index + 1
                  and (n.began_fh, n.began_at) < (e.flight_hours, e.occurred_at))
-           order by e.flight_hours, e.occurred_at, e.event_id limit 1)
-         where operator = $1 and part_number = $2 and serial_number = $3",
-    )
-    .bind_component(component)
-    .bind(FAILED)
-    .execute(connection)
-    .await?;
-    Ok(())
+           order by e.flight_hours, e.occurred_at, e.event_id limit 1) as ended_by
+         from lives where lives.operator = $1 and lives.part_number = $2 and lives.serial_number = $3",
+    );
+    let ends = ends.bind_component(component).bind(FAILED).fetch_all(&mut *connection).await?;
+    lives::end(connection, component, ends).await
 }
 
 /// Checks every event, voided or not.

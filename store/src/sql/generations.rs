@@ -9,9 +9,10 @@ use domain::{BundleSummary, Component, ContentHash, OperatorId, Timestamp};
 
 use super::{
     Connection, Engine,
-    lives::LifePointer,
+    lives::{LifePointer, LifeRow, life_columns},
     models, operators, priors, queue,
     row::{BindKey, ComponentColumns, count, hash},
+    sealed::{self, Sealed, sealed},
     write::{Reach, Write},
 };
 use crate::{Generation, GenerationRecord, GenerationState, ModelUse, StoreError};
@@ -71,30 +72,56 @@ impl UseRow {
     }
 }
 
-#[derive(Debug, Clone, sqlx::FromRow)]
-struct GenerationRow {
-    overhaul_index: i64,
-    number: i64,
-    model: Vec<u8>,
-    prior: Vec<u8>,
-    answering: i64,
-    estimates: i64,
+sealed! {
+    /// A generation of a life: a bundle with a prior.
+    GenerationRow of "generations", checksum "generation_checksum",
+    key { operator: String, part_number: String, serial_number: String, overhaul_index: i64, number: i64 }
+    columns { model: Vec<u8>, prior: Vec<u8> }
+    values "$1, $2, $3, $4, $5, $6, $7, $8"
+    where "operator = $2 and part_number = $3 and serial_number = $4 and overhaul_index = $5 and number = $6"
 }
 
 impl GenerationRow {
+    pub(super) fn of(component: &Component, pointer: LifePointer, (model, prior): Pair) -> Self {
+        Self {
+            operator: component.operator.to_string(),
+            part_number: component.part_number.to_string(),
+            serial_number: component.serial_number.to_string(),
+            overhaul_index: pointer.overhaul_index,
+            number: pointer.generation,
+            model: model.bytes().to_vec(),
+            prior: prior.bytes().to_vec(),
+            checksum: None,
+        }
+    }
+}
+
+/// A generation with its life.
+#[derive(Debug, Clone, sqlx::FromRow)]
+struct JudgedRow {
+    #[sqlx(flatten)]
+    generation: GenerationRow,
+    #[sqlx(flatten)]
+    life: LifeRow,
+    estimates: i64,
+}
+
+impl JudgedRow {
     fn record(self) -> Result<(i64, GenerationRecord), StoreError> {
-        let state = match self.number.cmp(&self.answering) {
+        let (GenerationRow { overhaul_index, number, model, prior, .. }, life) =
+            (self.generation.checked()?, self.life.checked()?);
+        let state = match number.cmp(&life.generation) {
             std::cmp::Ordering::Less => GenerationState::Kept,
             std::cmp::Ordering::Equal => GenerationState::Answers,
             std::cmp::Ordering::Greater => GenerationState::Waits,
         };
         let generation = Generation {
-            number: count(GENERATIONS, self.number)?,
-            model: hash(GENERATIONS, &self.model)?,
-            prior: hash(GENERATIONS, &self.prior)?,
+            number: count(GENERATIONS, number)?,
+            model: hash(GENERATIONS, &model)?,
+            prior: hash(GENERATIONS, &prior)?,
         };
         let estimates = count("estimates", self.estimates)?;
-        Ok((self.overhaul_index, GenerationRecord { generation, state, estimates }))
+        Ok((overhaul_index, GenerationRecord { generation, state, estimates }))
     }
 }
 
@@ -103,9 +130,10 @@ pub(super) async fn of_component(
     connection: &mut Connection,
     component: &Component,
 ) -> Result<Vec<(i64, GenerationRecord)>, StoreError> {
-    let rows: Vec<GenerationRow> = sqlx::query_as(
-        "select g.overhaul_index, g.number, g.model, g.prior, l.generation as answering,
-                (select count(*) from estimates e
+    let rows: Vec<JudgedRow> = sqlx::query_as(concat!(
+        "select g.number, g.model, g.prior, g.checksum as generation_checksum, ",
+        life_columns!(),
+        ",      (select count(*) from estimates e
                  where e.operator = g.operator and e.part_number = g.part_number
                    and e.serial_number = g.serial_number and e.overhaul_index = g.overhaul_index
                    and e.generation = g.number) as estimates
@@ -113,12 +141,12 @@ pub(super) async fn of_component(
            on l.operator = g.operator and l.part_number = g.part_number and l.serial_number = g.serial_number
           and l.overhaul_index = g.overhaul_index
          where g.operator = $1 and g.part_number = $2 and g.serial_number = $3
-         order by g.overhaul_index, g.number",
-    )
+         order by g.overhaul_index, g.number"
+    ))
     .bind_component(component)
     .fetch_all(connection)
     .await?;
-    rows.into_iter().map(GenerationRow::record).collect()
+    rows.into_iter().map(JudgedRow::record).collect()
 }
 
 /// Announces generations by a bundle for the lives of the next components of an operator.
@@ -204,7 +232,7 @@ async fn judge(
 }
 
 /// A bundle and a prior.
-type Pair = (ContentHash, ContentHash);
+pub(super) type Pair = (ContentHash, ContentHash);
 
 /// The lives of a component whose newest generation is by another pair: each with the generation that
 /// answers, and by which pair that one is.
@@ -249,18 +277,7 @@ async fn insert(
     connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
-    (model, prior): Pair,
+    pair: Pair,
 ) -> Result<(), StoreError> {
-    sqlx::query(
-        "insert into generations (operator, part_number, serial_number, overhaul_index, number, model, prior)
-         values ($1, $2, $3, $4, $5, $6, $7)",
-    )
-    .bind_component(component)
-    .bind(pointer.overhaul_index)
-    .bind(pointer.generation)
-    .bind(&model.bytes()[..])
-    .bind(&prior.bytes()[..])
-    .execute(connection)
-    .await?;
-    Ok(())
+    sealed::insert(connection, &GenerationRow::of(component, pointer, pair)).await
 }

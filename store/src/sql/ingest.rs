@@ -4,8 +4,9 @@ use domain::{Component, ContentHash, OperatorId, Timestamp, Upload};
 
 use super::{
     Connection, Engine, installations, lives, queue,
-    row::{BindKey, encode, hash},
-    uploads,
+    row::{UploadKey, encode},
+    sealed,
+    uploads::{self, UploadKeyRow},
     write::{Reach, Write},
 };
 use crate::{Receipt, StoreError};
@@ -63,26 +64,15 @@ impl Write for Accept {
 
 impl Accept {
     async fn claim_name(&self, connection: &mut Connection) -> Result<bool, StoreError> {
-        let claimed = sqlx::query(
-            "insert into upload_keys (operator, part_number, serial_number, upload_id, recorded_at, content_hash)
-             values ($1, $2, $3, $4, $5, $6) on conflict (operator, upload_id) do nothing",
-        )
-        .bind_component(&self.component)
-        .bind(self.upload.upload_id.as_str())
-        .bind(self.upload.recorded_at.micros())
-        .bind(&self.content_hash.bytes()[..])
-        .execute(connection)
-        .await?;
-        Ok(claimed.rows_affected() == 1)
+        let key = UploadKey::of(&self.component, &self.upload);
+        sealed::insert_new(connection, &UploadKeyRow::of(&key, &self.content_hash)).await
     }
 
     /// What to answer when the name is taken. A conflict is only claimed of an undamaged upload.
     async fn compare(&self, connection: &mut Connection) -> Result<Receipt, StoreError> {
         let (operator, id) = (&self.component.operator, &self.upload.upload_id);
-        let sql = "select content_hash from upload_keys where operator = $1 and upload_id = $2";
-        let query = sqlx::query_scalar(sql).bind(operator.as_str()).bind(id.as_str());
-        let stored: Vec<u8> = query.fetch_one(&mut *connection).await?;
-        if hash("upload_keys", &stored)? == self.content_hash {
+        let known = uploads::key_row(connection, operator, id).await?;
+        if known.is_some_and(|known| known.content_hash == self.content_hash.bytes()) {
             return Ok(Receipt::Duplicate);
         }
         let stored = uploads::find(connection, operator, id).await?;

@@ -7,7 +7,8 @@ use domain::{Component, EventId, OperatorId, Position, TailNumber, Timestamp, Up
 
 use super::{
     Connection, Engine, movements, observed,
-    row::{BindKey, ComponentColumns, corrupt, parse},
+    row::{BindKey, component_of, corrupt, parse},
+    sealed::{self, Sealed, sealed},
     uploads,
 };
 use crate::{
@@ -55,16 +56,49 @@ fn by_column(by: By) -> &'static str {
     }
 }
 
-#[derive(sqlx::FromRow)]
-struct InstallationRow {
-    tail: String,
-    position: String,
-    from_at: i64,
-    from_by: String,
-    to_at: Option<i64>,
+sealed! {
+    /// Where a component was installed, and from which moment to which.
+    InstallationRow of "installations", checksum "place_checksum",
+    key { operator: String, tail: String, position: String, from_at: i64, from_by: String, from_name: String }
+    columns {
+        part_number: String,
+        serial_number: String,
+        to_at: Option<i64>,
+        to_by: Option<String>,
+        to_name: Option<String>,
+    }
+    values "$1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12"
+    where "operator = $2 and tail = $3 and position = $4 and from_at = $5 and from_by = $6 and from_name = $7"
 }
 
 impl InstallationRow {
+    fn of(Period { component, place, from, to }: &Period) -> Self {
+        Self {
+            operator: component.operator.to_string(),
+            tail: place.tail.to_string(),
+            position: place.position.to_string(),
+            from_at: from.at,
+            from_by: by_column(from.by).to_owned(),
+            from_name: from.name.clone(),
+            part_number: component.part_number.to_string(),
+            serial_number: component.serial_number.to_string(),
+            to_at: to.as_ref().map(|to| to.at),
+            to_by: to.as_ref().map(|to| by_column(to.by).to_owned()),
+            to_name: to.as_ref().map(|to| to.name.clone()),
+            checksum: None,
+        }
+    }
+
+    fn component(&self) -> Result<Component, StoreError> {
+        component_of(INSTALLATIONS, &self.operator, &self.part_number, &self.serial_number)
+    }
+
+    /// The moment at which it ends, if it does.
+    fn end(&self) -> Result<Option<Moment>, StoreError> {
+        let end = self.to_at.zip(self.to_by.as_deref()).zip(self.to_name.clone());
+        end.map(|((at, told_by), name)| Ok(Moment { at, by: by(told_by)?, name })).transpose()
+    }
+
     fn installation(self) -> Result<Installation, StoreError> {
         Ok(Installation {
             tail: parse(INSTALLATIONS, &self.tail)?,
@@ -79,19 +113,29 @@ impl InstallationRow {
     }
 }
 
+/// The columns of installations, with a condition.
+macro_rules! installations {
+    ($condition:literal) => {
+        concat!(
+            "select operator, tail, position, from_at, from_by, from_name, part_number, serial_number, to_at, to_by,
+                    to_name, checksum as place_checksum
+             from installations where operator = $1 and ",
+            $condition
+        )
+    };
+}
+
 /// Where a component was installed, in the order of time.
 pub(super) async fn of_component(
     connection: &mut Connection,
     component: &Component,
 ) -> Result<Vec<Installation>, StoreError> {
-    let rows: Vec<InstallationRow> = sqlx::query_as(
-        "select tail, position, from_at, from_by, to_at from installations
-         where operator = $1 and part_number = $2 and serial_number = $3 order by from_at, from_by, from_name",
-    )
-    .bind_component(component)
-    .fetch_all(connection)
-    .await?;
-    rows.into_iter().map(InstallationRow::installation).collect()
+    let rows: Vec<InstallationRow> =
+        sqlx::query_as(installations!("part_number = $2 and serial_number = $3 order by from_at, from_by, from_name"))
+            .bind_component(component)
+            .fetch_all(connection)
+            .await?;
+    rows.into_iter().map(|row| row.checked()?.installation()).collect()
 }
 
 /// The uploads of a component that events contradict, the first of each stretch.
@@ -146,21 +190,11 @@ pub(super) async fn remake(connection: &mut Connection, operator: &OperatorId) -
 
 /// Whether uploads have told that the component was where an upload saw it.
 async fn is_installed(connection: &mut Connection, component: &Component, upload: &Upload) -> Result<bool, StoreError> {
-    #[derive(sqlx::FromRow)]
-    struct Holder {
-        #[sqlx(flatten)]
-        key: ComponentColumns,
-        from_by: String,
-        to_at: Option<i64>,
-        to_by: Option<String>,
-        to_name: Option<String>,
-    }
     let moment = observed::moment(upload);
-    let holder: Option<Holder> = sqlx::query_as(
-        "select operator, part_number, serial_number, from_by, to_at, to_by, to_name from installations
-         where operator = $1 and tail = $2 and position = $3 and (from_at, from_by, from_name) < ($4, $5, $6)
-         order by from_at desc, from_by desc, from_name desc limit 1",
-    )
+    let holder: Option<InstallationRow> = sqlx::query_as(installations!(
+        "tail = $2 and position = $3 and (from_at, from_by, from_name) < ($4, $5, $6)
+         order by from_at desc, from_by desc, from_name desc limit 1"
+    ))
     .bind(component.operator.as_str())
     .bind(upload.tail.as_str())
     .bind(upload.position.as_str())
@@ -169,12 +203,9 @@ async fn is_installed(connection: &mut Connection, component: &Component, upload
     .bind(&moment.name)
     .fetch_optional(connection)
     .await?;
-    let Some(Holder { key, from_by, to_at, to_by, to_name }) = holder else { return Ok(false) };
-    let end = to_at.zip(to_by).zip(to_name);
-    let end =
-        end.map(|((at, told_by), name)| Ok::<_, StoreError>(Moment { at, by: by(&told_by)?, name })).transpose()?;
-    let lasts = end.is_none_or(|end| end > moment);
-    Ok(lasts && by(&from_by)? == By::Upload && key.component(INSTALLATIONS)? == *component)
+    let Some(holder) = holder.map(Sealed::checked).transpose()? else { return Ok(false) };
+    let lasts = holder.end()?.is_none_or(|end| end > moment);
+    Ok(lasts && by(&holder.from_by)? == By::Upload && holder.component()? == *component)
 }
 
 /// Takes back where a voided upload saw its component.
@@ -275,29 +306,8 @@ async fn derive(
             .execute(&mut *connection)
             .await?;
         for period in layers.known().installations(&component) {
-            insert(connection, &period).await?;
+            sealed::insert(connection, &InstallationRow::of(&period)).await?;
         }
     }
-    Ok(())
-}
-
-async fn insert(connection: &mut Connection, period: &Period) -> Result<(), StoreError> {
-    let Period { component, place, from, to } = period;
-    sqlx::query(
-        "insert into installations
-         (operator, part_number, serial_number, tail, position, from_at, from_by, from_name, to_at, to_by, to_name)
-         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
-    )
-    .bind_component(component)
-    .bind(place.tail.as_str())
-    .bind(place.position.as_str())
-    .bind(from.at)
-    .bind(by_column(from.by))
-    .bind(&from.name)
-    .bind(to.as_ref().map(|to| to.at))
-    .bind(to.as_ref().map(|to| by_column(to.by)))
-    .bind(to.as_ref().map(|to| to.name.as_str()))
-    .execute(connection)
-    .await?;
     Ok(())
 }

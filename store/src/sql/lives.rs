@@ -3,16 +3,22 @@
 use domain::{Component, ContentHash, EventId, Life, Timestamp};
 
 use super::{
-    Connection, models, priors,
-    row::{BindKey, count, hash, hours_column, parse},
+    Connection,
+    components::ComponentRow,
+    generations::GenerationRow,
+    models, operators, priors,
+    row::{BindKey, component_of, corrupt, count, hash, hours_column, parse},
+    sealed::{self, Sealed, sealed},
 };
 use crate::{Generation, HistoryOf, LifeBeginning, StoreError};
+
+const LIVES: &str = "lives";
 
 /// The first generation of a life.
 const FIRST: i64 = 1;
 
 /// Which life of a component is the newest, and which of its generations answers.
-#[derive(Debug, Clone, Copy, sqlx::FromRow)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, sqlx::FromRow)]
 pub(super) struct LifePointer {
     pub(super) overhaul_index: i64,
     pub(super) generation: i64,
@@ -24,30 +30,92 @@ impl LifePointer {
     }
 }
 
+sealed! {
+    /// A life of a component: which generation answers, the fence of the prognosis that is served, the event that is its
+    /// failure, and the overhaul with which it began.
+    LifeRow of "lives", checksum "life_checksum",
+    key { operator: String, part_number: String, serial_number: String, overhaul_index: i64 }
+    columns {
+        generation: i64,
+        prognosis_fence: Option<i64>,
+        ended_by: Option<String>,
+        began_by: Option<String>,
+        began_fh: f64,
+        began_at: i64,
+    }
+    values "$1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11"
+    where "operator = $2 and part_number = $3 and serial_number = $4 and overhaul_index = $5"
+}
+
+/// The columns of a life `l`.
+macro_rules! life_columns {
+    () => {
+        "l.operator, l.part_number, l.serial_number, l.overhaul_index, l.generation, l.prognosis_fence, l.ended_by,
+         l.began_by, l.began_fh, l.began_at, l.checksum as life_checksum "
+    };
+}
+pub(super) use life_columns;
+
+/// Lives for which a condition holds.
+macro_rules! lives {
+    ($condition:literal) => {
+        concat!(
+            "select ",
+            life_columns!(),
+            "from lives l where l.operator = $1 and l.part_number = $2 and l.serial_number = $3 ",
+            $condition
+        )
+    };
+}
+
+impl LifeRow {
+    pub(super) fn component(&self) -> Result<Component, StoreError> {
+        component_of(LIVES, &self.operator, &self.part_number, &self.serial_number)
+    }
+
+    pub(super) fn pointer(&self) -> LifePointer {
+        LifePointer { overhaul_index: self.overhaul_index, generation: self.generation }
+    }
+
+    /// The overhaul with which it began; `None` for the life that began when the component was new.
+    pub(super) fn beginning(&self) -> Result<Option<LifeBeginning>, StoreError> {
+        let event_id = self.began_by.as_deref().map(|id| parse::<EventId>(LIVES, id)).transpose()?;
+        let occurred_at = Timestamp::from_micros(self.began_at);
+        Ok(event_id.map(|event_id| LifeBeginning { event_id, occurred_at, flight_hours: self.began_fh }))
+    }
+
+    /// Writes what has changed of it.
+    pub(super) async fn store(&self, connection: &mut Connection) -> Result<(), StoreError> {
+        sqlx::query(
+            "update lives set generation = $5, prognosis_fence = $6, ended_by = $7, checksum = $8
+             where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4",
+        )
+        .bind(&self.operator)
+        .bind(&self.part_number)
+        .bind(&self.serial_number)
+        .bind(self.overhaul_index)
+        .bind(self.generation)
+        .bind(self.prognosis_fence)
+        .bind(&self.ended_by)
+        .bind(self.seal())
+        .execute(connection)
+        .await?;
+        Ok(())
+    }
+}
+
 /// Enrols a component with its first life, unless it is known; tells whether it was not.
 pub(super) async fn enrol(
     connection: &mut Connection,
     component: &Component,
     now: Timestamp,
 ) -> Result<bool, StoreError> {
-    sqlx::query("insert into operators (operator, enrolled_at) values ($1, $2) on conflict (operator) do nothing")
-        .bind(component.operator.as_str())
-        .bind(now.micros())
-        .execute(&mut *connection)
-        .await?;
-    let new = sqlx::query(
-        "insert into components (operator, part_number, serial_number, enrolled_at) values ($1, $2, $3, $4)
-         on conflict (operator, part_number, serial_number) do nothing",
-    )
-    .bind_component(component)
-    .bind(now.micros())
-    .execute(&mut *connection)
-    .await?;
-    if new.rows_affected() == 0 {
-        return Ok(false);
+    operators::enrol(connection, &component.operator, now).await?;
+    let new = sealed::insert_new(connection, &ComponentRow::of(component, now)).await?;
+    if new {
+        begin(connection, component, 0, None).await?;
     }
-    begin(connection, component, 0, None).await?;
-    Ok(true)
+    Ok(new)
 }
 
 /// Begins a life of a component, which the active bundle and the newest prior for it judge from now on; it
@@ -58,36 +126,32 @@ pub(super) async fn begin(
     overhaul_index: i64,
     overhaul: Option<&LifeBeginning>,
 ) -> Result<(), StoreError> {
-    sqlx::query(
+    let row = LifeRow {
+        operator: component.operator.to_string(),
+        part_number: component.part_number.to_string(),
+        serial_number: component.serial_number.to_string(),
+        overhaul_index,
+        generation: FIRST,
+        prognosis_fence: None,
+        ended_by: None,
+        began_by: overhaul.map(|overhaul| overhaul.event_id.to_string()),
+        began_fh: overhaul.map_or(0.0, |overhaul| hours_column(overhaul.flight_hours)),
+        began_at: overhaul.map_or(0, |overhaul| overhaul.occurred_at.micros()),
+        checksum: None,
+    };
+    let insert = sqlx::query(
         "insert into lives
-         (operator, part_number, serial_number, overhaul_index, generation, began_by, began_fh, began_at,
-          touched_revision)
-         values ($1, $2, $3, $4, $5, $6, $7, $8, coalesce((
+         (operator, part_number, serial_number, overhaul_index, generation, prognosis_fence, ended_by, began_by,
+          began_fh, began_at, checksum, touched_revision)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, coalesce((
            select q.input_revision from component_queue q
            where q.operator = $1 and q.part_number = $2 and q.serial_number = $3), 0))",
-    )
-    .bind_component(component)
-    .bind(overhaul_index)
-    .bind(FIRST)
-    .bind(overhaul.map(|overhaul| overhaul.event_id.as_str()))
-    .bind(overhaul.map_or(0.0, |overhaul| hours_column(overhaul.flight_hours)))
-    .bind(overhaul.map_or(0, |overhaul| overhaul.occurred_at.micros()))
-    .execute(&mut *connection)
-    .await?;
+    );
+    row.bind_columns(insert).bind(row.seal()).execute(&mut *connection).await?;
     let active = models::active(connection).await?.ok_or(StoreError::NoActiveBundle)?;
     let prior = priors::newest(connection, component, &active.hash).await?.unwrap_or(active.prior);
-    sqlx::query(
-        "insert into generations (operator, part_number, serial_number, overhaul_index, number, model, prior)
-         values ($1, $2, $3, $4, $5, $6, $7)",
-    )
-    .bind_component(component)
-    .bind(overhaul_index)
-    .bind(FIRST)
-    .bind(&active.hash.bytes()[..])
-    .bind(&prior.bytes()[..])
-    .execute(connection)
-    .await?;
-    Ok(())
+    let generation = GenerationRow::of(component, row.pointer(), (active.hash, prior));
+    sealed::insert(connection, &generation).await
 }
 
 /// Removes the lives of a component after one of them.
@@ -106,23 +170,21 @@ pub(super) async fn delete_after(
     Ok(())
 }
 
-/// A life with what it began with.
-#[derive(Debug, sqlx::FromRow)]
-pub(super) struct LifeRow {
-    #[sqlx(flatten)]
-    pub(super) pointer: LifePointer,
-    began_by: Option<String>,
-    began_fh: f64,
-    began_at: i64,
+/// The lives of a component, the oldest first.
+pub(super) async fn rows(connection: &mut Connection, component: &Component) -> Result<Vec<LifeRow>, StoreError> {
+    let rows: Vec<LifeRow> =
+        sqlx::query_as(lives!("order by l.overhaul_index")).bind_component(component).fetch_all(connection).await?;
+    rows.into_iter().map(Sealed::checked).collect()
 }
 
-impl LifeRow {
-    /// The overhaul with which it began; `None` for the life that began when the component was new.
-    pub(super) fn beginning(&self) -> Result<Option<LifeBeginning>, StoreError> {
-        let event_id = self.began_by.as_deref().map(|id| parse::<EventId>("lives", id)).transpose()?;
-        let occurred_at = Timestamp::from_micros(self.began_at);
-        Ok(event_id.map(|event_id| LifeBeginning { event_id, occurred_at, flight_hours: self.began_fh }))
-    }
+/// One life of a component.
+async fn row(
+    connection: &mut Connection,
+    component: &Component,
+    overhaul_index: i64,
+) -> Result<Option<LifeRow>, StoreError> {
+    let query = sqlx::query_as(lives!("and l.overhaul_index = $4")).bind_component(component).bind(overhaul_index);
+    query.fetch_optional(connection).await?.map(Sealed::checked).transpose()
 }
 
 /// The lives of a component, the oldest first, each with the overhaul that it began with.
@@ -130,14 +192,8 @@ pub(super) async fn of_component(
     connection: &mut Connection,
     component: &Component,
 ) -> Result<Vec<(LifePointer, Option<LifeBeginning>)>, StoreError> {
-    let rows: Vec<LifeRow> = sqlx::query_as(
-        "select overhaul_index, generation, began_by, began_fh, began_at from lives
-         where operator = $1 and part_number = $2 and serial_number = $3 order by overhaul_index",
-    )
-    .bind_component(component)
-    .fetch_all(connection)
-    .await?;
-    rows.into_iter().map(|row| Ok((row.pointer, row.beginning()?))).collect()
+    let rows = rows(connection, component).await?;
+    rows.into_iter().map(|row| Ok((row.pointer(), row.beginning()?))).collect()
 }
 
 /// A life of a component by its number, or the newest one, with the generation wanted, or the one that answers.
@@ -148,14 +204,9 @@ pub(super) async fn chosen(
 ) -> Result<Option<LifePointer>, StoreError> {
     let life = match of.life {
         None => newest(connection, component).await?,
-        Some(overhaul_index) => {
-            let sql = "select overhaul_index, generation from lives
-                       where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4";
-            let query = sqlx::query_as(sql).bind_component(component).bind(i64::from(overhaul_index));
-            query.fetch_optional(connection).await?
-        }
+        Some(overhaul_index) => row(connection, component, overhaul_index.into()).await?.map(|row| row.pointer()),
     };
-    Ok(life.map(|life: LifePointer| match of.generation {
+    Ok(life.map(|life| match of.generation {
         None => life,
         Some(generation) => LifePointer { generation: generation.into(), ..life },
     }))
@@ -166,10 +217,9 @@ pub(super) async fn newest(
     connection: &mut Connection,
     component: &Component,
 ) -> Result<Option<LifePointer>, StoreError> {
-    let sql = "select overhaul_index, generation from lives
-               where operator = $1 and part_number = $2 and serial_number = $3
-               order by overhaul_index desc limit 1";
-    Ok(sqlx::query_as(sql).bind_component(component).fetch_optional(connection).await?)
+    let query = sqlx::query_as(lives!("order by l.overhaul_index desc limit 1")).bind_component(component);
+    let row: Option<LifeRow> = query.fetch_optional(connection).await?;
+    Ok(row.map(Sealed::checked).transpose()?.map(|row| row.pointer()))
 }
 
 /// The generation that answers for a life.
@@ -178,15 +228,19 @@ pub(super) async fn generation(
     component: &Component,
     pointer: LifePointer,
 ) -> Result<Generation, StoreError> {
-    let (model, prior): (Vec<u8>, Vec<u8>) = sqlx::query_as(
-        "select model, prior from generations
+    let row: Option<GenerationRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, overhaul_index, number, model, prior,
+                checksum as generation_checksum
+         from generations
          where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and number = $5",
     )
     .bind_component(component)
     .bind(pointer.overhaul_index)
     .bind(pointer.generation)
-    .fetch_one(connection)
+    .fetch_optional(connection)
     .await?;
+    let missing = || corrupt(&("generations", component, pointer.overhaul_index, pointer.generation), "it is missing");
+    let GenerationRow { model, prior, .. } = row.ok_or_else(missing)?.checked()?;
     let hash = |bytes: &[u8]| -> Result<ContentHash, StoreError> { hash("generations", bytes) };
     Ok(Generation { number: count("generations", pointer.generation)?, model: hash(&model)?, prior: hash(&prior)? })
 }
@@ -209,12 +263,10 @@ impl Overhauls {
 
 /// The overhauls with which the lives of a component began.
 pub(super) async fn overhauls(connection: &mut Connection, component: &Component) -> Result<Overhauls, StoreError> {
-    let rows = sqlx::query_as(
-        "select began_fh, began_at from lives
-         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index > 0
-         order by overhaul_index",
-    );
-    Ok(Overhauls(rows.bind_component(component).fetch_all(connection).await?))
+    let query = sqlx::query_as(lives!("and l.overhaul_index > 0 order by l.overhaul_index"));
+    let rows: Vec<LifeRow> = query.bind_component(component).fetch_all(connection).await?;
+    let places = rows.into_iter().map(|row| row.checked().map(|row| (row.began_fh, row.began_at)));
+    places.collect::<Result<_, _>>().map(Overhauls)
 }
 
 /// Lets a life wait for a worker, since the component's input of this number.
@@ -254,19 +306,32 @@ pub(super) async fn touch_all(
 
 /// The lives of a component, the oldest first, each with the generation that answers.
 pub(super) async fn all(connection: &mut Connection, component: &Component) -> Result<Vec<LifePointer>, StoreError> {
-    let sql = "select overhaul_index, generation from lives
-               where operator = $1 and part_number = $2 and serial_number = $3 order by overhaul_index";
-    Ok(sqlx::query_as(sql).bind_component(component).fetch_all(connection).await?)
+    Ok(rows(connection, component).await?.iter().map(LifeRow::pointer).collect())
 }
 
 /// A life that waits for a worker.
-#[derive(Debug, Clone, Copy, sqlx::FromRow)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Waiting {
     /// The life, and the newest of its generations.
-    #[sqlx(flatten)]
     pub(super) pointer: LifePointer,
     /// The generation that answers.
     pub(super) answering: i64,
+}
+
+#[derive(sqlx::FromRow)]
+struct WaitingRow {
+    #[sqlx(flatten)]
+    life: LifeRow,
+    newest: Option<i64>,
+}
+
+impl WaitingRow {
+    fn waiting(self) -> Result<Waiting, StoreError> {
+        let life = self.life.checked()?;
+        let newest = self.newest.ok_or_else(|| corrupt(&life.name(), "it has no generation"))?;
+        let pointer = LifePointer { overhaul_index: life.overhaul_index, generation: newest };
+        Ok(Waiting { pointer, answering: life.generation })
+    }
 }
 
 /// The lives of a component that wait since an input after `processed_revision`, the oldest first.
@@ -275,14 +340,19 @@ pub(super) async fn waiting(
     component: &Component,
     processed_revision: i64,
 ) -> Result<Vec<Waiting>, StoreError> {
-    let sql = "select l.overhaul_index, l.generation as answering,
-                      (select max(g.number) from generations g
-                       where g.operator = l.operator and g.part_number = l.part_number
-                         and g.serial_number = l.serial_number and g.overhaul_index = l.overhaul_index) as generation
-               from lives l
-               where l.operator = $1 and l.part_number = $2 and l.serial_number = $3 and l.touched_revision > $4
-               order by l.overhaul_index";
-    Ok(sqlx::query_as(sql).bind_component(component).bind(processed_revision).fetch_all(connection).await?)
+    let sql = concat!(
+        "select ",
+        life_columns!(),
+        ",     (select max(g.number) from generations g
+                where g.operator = l.operator and g.part_number = l.part_number
+                  and g.serial_number = l.serial_number and g.overhaul_index = l.overhaul_index) as newest
+         from lives l
+         where l.operator = $1 and l.part_number = $2 and l.serial_number = $3 and l.touched_revision > $4
+         order by l.overhaul_index"
+    );
+    let query = sqlx::query_as(sql).bind_component(component).bind(processed_revision);
+    let rows: Vec<WaitingRow> = query.fetch_all(connection).await?;
+    rows.into_iter().map(WaitingRow::waiting).collect()
 }
 
 /// Lets a generation answer for its life, with no prognosis yet; no change if it does already.
@@ -291,16 +361,10 @@ pub(super) async fn let_answer(
     component: &Component,
     pointer: LifePointer,
 ) -> Result<bool, StoreError> {
-    let changed = sqlx::query(
-        "update lives set generation = $5, prognosis_fence = null
-         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation <> $5",
-    )
-    .bind_component(component)
-    .bind(pointer.overhaul_index)
-    .bind(pointer.generation)
-    .execute(connection)
-    .await?;
-    Ok(changed.rows_affected() == 1)
+    let row = row(connection, component, pointer.overhaul_index).await?;
+    let Some(row) = row.filter(|row| row.generation != pointer.generation) else { return Ok(false) };
+    LifeRow { generation: pointer.generation, prognosis_fence: None, ..row }.store(connection).await?;
+    Ok(true)
 }
 
 /// Names the prognosis that is served of a life by the fence of its lease; `None` serves none.
@@ -310,14 +374,22 @@ pub(super) async fn serve_prognosis(
     pointer: LifePointer,
     fence: Option<i64>,
 ) -> Result<(), StoreError> {
-    sqlx::query(
-        "update lives set prognosis_fence = $5
-         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4",
-    )
-    .bind_component(component)
-    .bind(pointer.overhaul_index)
-    .bind(fence)
-    .execute(connection)
-    .await?;
+    let row = row(connection, component, pointer.overhaul_index).await?;
+    let Some(row) = row.filter(|row| row.prognosis_fence != fence) else { return Ok(()) };
+    LifeRow { prognosis_fence: fence, ..row }.store(connection).await
+}
+
+/// Names the event that ends each of some lives of a component by its number, or that none does any longer.
+pub(super) async fn end(
+    connection: &mut Connection,
+    component: &Component,
+    ends: Vec<(i64, Option<String>)>,
+) -> Result<(), StoreError> {
+    for row in rows(connection, component).await? {
+        let found = ends.iter().find(|(overhaul_index, _)| *overhaul_index == row.overhaul_index);
+        if let Some((_, ended_by)) = found.filter(|(_, ended_by)| *ended_by != row.ended_by) {
+            LifeRow { ended_by: ended_by.clone(), ..row }.store(connection).await?;
+        }
+    }
     Ok(())
 }

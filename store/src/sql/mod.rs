@@ -4,6 +4,7 @@
 //! writing, leasing, waiting) is in their own folders. A write that changes what a worker may have read
 //! of a component takes the component's row in the queue before it changes anything.
 
+mod anchors;
 mod aside;
 mod audit;
 mod checkpoints;
@@ -32,6 +33,8 @@ mod queue;
 mod rebuild;
 mod results;
 mod row;
+mod sealed;
+mod sealing;
 mod sensor_configurations;
 mod served;
 mod tails;
@@ -45,7 +48,8 @@ use super::{Arguments, Connection, Database, Engine};
 
 pub(crate) use job::{Job, waiting};
 #[allow(unused_imports, reason = "SQLite has no walls")]
-pub(crate) use operators::all as operators;
+pub(crate) use operators::{enrol as enrol_operator, names as operators};
+pub(crate) use sealing::{seal_models, seal_rows};
 #[allow(unused_imports, reason = "SQLite writes everything one after the other")]
 pub(crate) use write::Reach;
 pub(crate) use write::Write;

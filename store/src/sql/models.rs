@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::{
     Connection, Engine,
     audit::Trace,
-    row::{Body, checksum, corrupt, decode, encode, hash},
+    row::{self, Body, checksum, corrupt, decode, encode, hash},
     verify,
     write::{Reach, Write},
 };
@@ -45,8 +45,7 @@ impl Engine {
     }
 
     pub(crate) async fn bundles(&self) -> Result<Vec<BundleRecord>, StoreError> {
-        let sql = "select hash, summary, active, added_at, checksum from bundles order by added_at, hash";
-        let rows: Vec<BundleRow> = sqlx::query_as(sql).fetch_all(&mut *self.read_all().await?).await?;
+        let rows: Vec<BundleRow> = sqlx::query_as(bundles!("order by added_at, hash")).fetch_all(&mut *self.read_all().await?).await?;
         rows.into_iter().map(BundleRow::record).collect()
     }
 
@@ -70,17 +69,26 @@ impl Engine {
     }
 }
 
+/// Bundles without their bodies, with a condition.
+macro_rules! bundles {
+    ($condition:literal) => {
+        concat!(
+            "select hash, summary, active, added_at, activated_at, checksum, activation_checksum from bundles ",
+            $condition
+        )
+    };
+}
+use bundles;
+
 /// The bundle by which new lives are judged.
 pub(super) async fn active(connection: &mut Connection) -> Result<Option<BundleSummary>, StoreError> {
-    let sql = "select hash, summary, active, added_at, checksum from bundles where active = 1";
-    let row: Option<BundleRow> = sqlx::query_as(sql).fetch_optional(connection).await?;
+    let row: Option<BundleRow> = sqlx::query_as(bundles!("where active = 1")).fetch_optional(connection).await?;
     Ok(row.map(BundleRow::record).transpose()?.map(|record| record.summary))
 }
 
 /// The bundle of a hash.
 pub(super) async fn summary(connection: &mut Connection, model: &ContentHash) -> Result<BundleSummary, StoreError> {
-    let sql = "select hash, summary, active, added_at, checksum from bundles where hash = $1";
-    let row: Option<BundleRow> = sqlx::query_as(sql).bind(&model.bytes()[..]).fetch_optional(connection).await?;
+    let row: Option<BundleRow> = sqlx::query_as(bundles!("where hash = $1")).bind(&model.bytes()[..]).fetch_optional(connection).await?;
     Ok(row.ok_or(StoreError::UnknownBundle(*model))?.record()?.summary)
 }
 
@@ -90,12 +98,22 @@ struct BundleRow {
     summary: Body,
     active: i64,
     added_at: i64,
+    activated_at: Option<i64>,
     checksum: Vec<u8>,
+    activation_checksum: Option<Vec<u8>>,
+}
+
+/// What names whether and since when a bundle is active.
+fn activation(hash: ContentHash, active: i64, activated_at: Option<i64>) -> impl serde::Serialize {
+    ("bundle activations", hash, active, activated_at)
 }
 
 impl BundleRow {
     fn record(self) -> Result<BundleRecord, StoreError> {
-        let summary = decode(&(BUNDLES, hash(BUNDLES, &self.hash)?, self.added_at), &self.summary, &self.checksum)?;
+        let hash = hash(BUNDLES, &self.hash)?;
+        let summary = decode(&(BUNDLES, hash, self.added_at), &self.summary, &self.checksum)?;
+        let activation = activation(hash, self.active, self.activated_at);
+        row::verify(&activation, &[], self.activation_checksum.as_deref().unwrap_or_default())?;
         Ok(BundleRecord { summary, active: self.active == 1, added_at: Timestamp::from_micros(self.added_at) })
     }
 }
@@ -137,14 +155,15 @@ impl Write for Register {
     async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<bool, StoreError> {
         let added_at = self.now.micros();
         let inserted = sqlx::query(
-            "insert into bundles (hash, summary, body, active, added_at, checksum) values ($1, $2, $3, 0, $4, $5)
-             on conflict (hash) do nothing",
+            "insert into bundles (hash, summary, body, active, added_at, checksum, activation_checksum)
+             values ($1, $2, $3, 0, $4, $5, $6) on conflict (hash) do nothing",
         )
         .bind(&self.hash.bytes()[..])
         .bind(&self.summary)
         .bind(&self.body)
         .bind(added_at)
         .bind(checksum(&(BUNDLES, self.hash, added_at), self.summary.as_bytes()))
+        .bind(checksum(&activation(self.hash, 0, None), &[]))
         .execute(&mut *connection)
         .await?;
         for (id, mask) in &self.masks {
@@ -177,12 +196,37 @@ impl Write for Activate {
     }
 
     async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<(), StoreError> {
-        sqlx::query("update bundles set active = 0 where active = 1").execute(&mut *connection).await?;
-        let sql = "update bundles set active = 1, activated_at = $2 where hash = $1";
-        let query = sqlx::query(sql).bind(&self.hash.bytes()[..]).bind(self.now.micros());
-        let activated = query.execute(connection).await?;
-        if activated.rows_affected() == 0 { Err(StoreError::UnknownBundle(self.hash)) } else { Ok(()) }
+        let row: Option<BundleRow> = sqlx::query_as(bundles!("where active = 1")).fetch_optional(&mut *connection).await?;
+        if let Some(before) = row {
+            let hash = hash(BUNDLES, &before.hash)?;
+            set_active(connection, hash, 0, before.activated_at).await?;
+        }
+        let activated = set_active(connection, self.hash, 1, Some(self.now.micros())).await?;
+        if activated { Ok(()) } else { Err(StoreError::UnknownBundle(self.hash)) }
     }
+}
+
+/// Sets whether and since when a bundle is active; whether there is such a bundle.
+async fn set_active(
+    connection: &mut Connection,
+    hash: ContentHash,
+    active: i64,
+    activated_at: Option<i64>,
+) -> Result<bool, StoreError> {
+    let sql = "update bundles set active = $2, activated_at = $3, activation_checksum = $4 where hash = $1";
+    let query = sqlx::query(sql).bind(&hash.bytes()[..]).bind(active).bind(activated_at);
+    let set = query.bind(checksum(&activation(hash, active, activated_at), &[])).execute(connection).await?;
+    Ok(set.rows_affected() == 1)
+}
+
+/// Gives a checksum to what was known of activations before there was any.
+pub(super) async fn seal(connection: &mut Connection) -> Result<(), StoreError> {
+    let rows: Vec<BundleRow> =
+        sqlx::query_as(bundles!("where activation_checksum is null")).fetch_all(&mut *connection).await?;
+    for row in rows {
+        set_active(connection, hash(BUNDLES, &row.hash)?, row.active, row.activated_at).await?;
+    }
+    Ok(())
 }
 
 #[derive(sqlx::FromRow)]
@@ -205,7 +249,8 @@ impl WholeBundleRow {
 
 /// Checks every bundle and every mask.
 pub(super) async fn verify(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
-    let sql = "select hash, summary, active, added_at, checksum, body from bundles order by added_at, hash";
+    let sql = "select hash, summary, active, added_at, activated_at, checksum, activation_checksum, body from bundles
+               order by added_at, hash";
     verify::each(connection, BUNDLES, sql, found, WholeBundleRow::check).await?;
     let sql = "select mask_id, model, k_nom, body, checksum from masks order by mask_id";
     verify::each(connection, MASKS, sql, found, |row: MaskRow| row.published().map(|_| ())).await

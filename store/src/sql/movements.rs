@@ -6,7 +6,8 @@ use domain::{Component, EventId, EventKind, MaintenanceEvent, OperatorId};
 
 use super::{
     Connection, events,
-    row::{BindKey, ComponentColumns, corrupt, parse},
+    row::{BindKey, component_of, corrupt, parse},
+    sealed::{self, Sealed, sealed},
 };
 use crate::{
     StoreError,
@@ -28,26 +29,41 @@ pub(super) fn direction(kind: EventKind) -> Option<Direction> {
 macro_rules! movements {
     ($condition:literal) => {
         concat!(
-            "select m.operator, m.part_number, m.serial_number, m.tail, m.position, m.occurred_at, m.event_id, m.inward
+            "select m.operator, m.part_number, m.serial_number, m.tail, m.position, m.occurred_at, m.event_id, m.inward,
+                    m.checksum as movement_checksum
              from movements m where m.operator = $1 and ",
             $condition
         )
     };
 }
 
-#[derive(sqlx::FromRow)]
-struct MovementRow {
-    #[sqlx(flatten)]
-    key: ComponentColumns,
-    tail: String,
-    position: String,
-    occurred_at: i64,
-    event_id: String,
-    inward: i64,
+sealed! {
+    /// An install (inward: 1) or a removal (0).
+    MovementRow of "movements", checksum "movement_checksum",
+    key { operator: String, part_number: String, serial_number: String, occurred_at: i64, event_id: String }
+    columns { tail: String, position: String, inward: i64 }
+    values "$1, $2, $3, $4, $5, $6, $7, $8, $9"
+    where "operator = $2 and part_number = $3 and serial_number = $4 and occurred_at = $5 and event_id = $6"
 }
 
 impl MovementRow {
+    fn of(component: &Component, event: &MaintenanceEvent, direction: Direction) -> Self {
+        Self {
+            operator: component.operator.to_string(),
+            part_number: component.part_number.to_string(),
+            serial_number: component.serial_number.to_string(),
+            occurred_at: event.occurred_at.micros(),
+            event_id: event.event_id.to_string(),
+            tail: event.tail.to_string(),
+            position: event.position.to_string(),
+            inward: i64::from(direction == Direction::In),
+            checksum: None,
+        }
+    }
+
     fn movement(self) -> Result<Movement, StoreError> {
+        self.check()?;
+        let component = component_of(MOVEMENTS, &self.operator, &self.part_number, &self.serial_number)?;
         let direction = match self.inward {
             0 => Direction::Out,
             1 => Direction::In,
@@ -55,7 +71,7 @@ impl MovementRow {
         };
         Ok(Movement {
             at: Moment { at: self.occurred_at, by: By::Event, name: self.event_id },
-            component: self.key.component(MOVEMENTS)?,
+            component,
             place: Place { tail: parse(MOVEMENTS, &self.tail)?, position: parse(MOVEMENTS, &self.position)? },
             direction,
         })
@@ -69,20 +85,7 @@ pub(super) async fn insert(
     event: &MaintenanceEvent,
     direction: Direction,
 ) -> Result<(), StoreError> {
-    sqlx::query(
-        "insert into movements
-         (operator, part_number, serial_number, tail, position, occurred_at, event_id, inward)
-         values ($1, $2, $3, $4, $5, $6, $7, $8)",
-    )
-    .bind_component(component)
-    .bind(event.tail.as_str())
-    .bind(event.position.as_str())
-    .bind(event.occurred_at.micros())
-    .bind(event.event_id.as_str())
-    .bind(i64::from(direction == Direction::In))
-    .execute(connection)
-    .await?;
-    Ok(())
+    sealed::insert(connection, &MovementRow::of(component, event, direction)).await
 }
 
 /// Forgets a movement.

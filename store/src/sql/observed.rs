@@ -19,7 +19,8 @@ use domain::{Component, OperatorId, TailNumber, Upload};
 
 use super::{
     Connection,
-    row::{BindKey, ComponentColumns, parse},
+    row::{BindKey, ComponentColumns, component_of, parse},
+    sealed::{self, Sealed, sealed},
     tails, uploads,
 };
 use crate::{
@@ -33,7 +34,8 @@ const OBSERVED: &str = "observed_installations";
 macro_rules! periods {
     ($condition:literal) => {
         concat!(
-            "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload
+            "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload,
+                    checksum as period_checksum
              from observed_installations where operator = $1 and ",
             $condition
         )
@@ -81,22 +83,35 @@ pub(super) fn seen_at(at: i64, upload_id: String) -> Moment {
     Moment { at, by: By::Upload, name: upload_id }
 }
 
-#[derive(sqlx::FromRow)]
-struct PeriodRow {
-    #[sqlx(flatten)]
-    key: ComponentColumns,
-    tail: String,
-    position: String,
-    from_at: i64,
-    from_upload: String,
-    to_at: Option<i64>,
-    to_upload: Option<String>,
+sealed! {
+    /// Where uploads saw a component, and from which upload to which.
+    PeriodRow of "observed_installations", checksum "period_checksum",
+    key { operator: String, tail: String, position: String, from_at: i64, from_upload: String }
+    columns { part_number: String, serial_number: String, to_at: Option<i64>, to_upload: Option<String> }
+    values "$1, $2, $3, $4, $5, $6, $7, $8, $9, $10"
+    where "operator = $2 and tail = $3 and position = $4 and from_at = $5 and from_upload = $6"
 }
 
 impl PeriodRow {
+    fn of(Period { component, place, from, to }: &Period) -> Self {
+        Self {
+            operator: component.operator.to_string(),
+            tail: place.tail.to_string(),
+            position: place.position.to_string(),
+            from_at: from.at,
+            from_upload: from.name.clone(),
+            part_number: component.part_number.to_string(),
+            serial_number: component.serial_number.to_string(),
+            to_at: to.as_ref().map(|to| to.at),
+            to_upload: to.as_ref().map(|to| to.name.clone()),
+            checksum: None,
+        }
+    }
+
     fn period(self) -> Result<Period, StoreError> {
+        self.check()?;
         Ok(Period {
-            component: self.key.component(OBSERVED)?,
+            component: component_of(OBSERVED, &self.operator, &self.part_number, &self.serial_number)?,
             place: Place { tail: parse(OBSERVED, &self.tail)?, position: parse(OBSERVED, &self.position)? },
             from: seen_at(self.from_at, self.from_upload),
             to: self.to_at.zip(self.to_upload).map(|(at, upload_id)| seen_at(at, upload_id)),
@@ -253,7 +268,8 @@ async fn take_begun_with(
     let row: Option<PeriodRow> = sqlx::query_as(
         "delete from observed_installations
          where operator = $1 and part_number = $2 and serial_number = $3 and from_at = $4 and from_upload = $5
-         returning operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload",
+         returning operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload,
+                   checksum as period_checksum",
     )
     .bind_component(component)
     .bind(moment.at)
@@ -281,19 +297,13 @@ async fn ended_by(connection: &mut Connection, begun: &Period) -> Result<Vec<Per
 
 /// Sets where a period ends.
 async fn set_end(connection: &mut Connection, period: &Period, to: Option<&Moment>) -> Result<(), StoreError> {
-    sqlx::query(
-        "update observed_installations set to_at = $6, to_upload = $7
+    let row = PeriodRow::of(&Period { to: to.cloned(), ..period.clone() });
+    let update = sqlx::query(
+        "update observed_installations set to_at = $6, to_upload = $7, checksum = $8
          where operator = $1 and tail = $2 and position = $3 and from_at = $4 and from_upload = $5",
-    )
-    .bind(period.component.operator.as_str())
-    .bind(period.place.tail.as_str())
-    .bind(period.place.position.as_str())
-    .bind(period.from.at)
-    .bind(&period.from.name)
-    .bind(to.map(|to| to.at))
-    .bind(to.map(|to| to.name.as_str()))
-    .execute(connection)
-    .await?;
+    );
+    let update = row.bind_key(update).bind(row.to_at).bind(&row.to_upload).bind(row.seal());
+    update.execute(connection).await?;
     Ok(())
 }
 
@@ -344,21 +354,7 @@ async fn swallow_continuation(connection: &mut Connection, seen: &Period) -> Res
 }
 
 async fn insert(connection: &mut Connection, period: &Period) -> Result<(), StoreError> {
-    sqlx::query(
-        "insert into observed_installations
-         (operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload)
-         values ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
-    )
-    .bind_component(&period.component)
-    .bind(period.place.tail.as_str())
-    .bind(period.place.position.as_str())
-    .bind(period.from.at)
-    .bind(&period.from.name)
-    .bind(period.to.as_ref().map(|to| to.at))
-    .bind(period.to.as_ref().map(|to| to.name.as_str()))
-    .execute(connection)
-    .await?;
-    Ok(())
+    sealed::insert(connection, &PeriodRow::of(period)).await
 }
 
 /// A component that was seen on a tail, and the moments that bound the period.

@@ -15,6 +15,7 @@ use super::{
     lives::LifePointer,
     prognoses,
     row::{BindKey, hours_column},
+    uploads,
 };
 use crate::{LifeBeginning, StoreError};
 
@@ -88,17 +89,13 @@ async fn send_back(
     end: End,
     since: Timestamp,
 ) -> Result<u64, StoreError> {
-    let estimated = concat!(
-        beyond!(
-            "insert into inbox (operator, part_number, serial_number, recorded_at, upload_id, since)
-             select distinct operator, part_number, serial_number, recorded_at, upload_id, cast($7 as bigint)
-             from estimates",
-            "(flight_hours, recorded_at) > ($5, $6)"
-        ),
-        " on conflict (operator, part_number, serial_number, recorded_at, upload_id) do nothing"
+    let estimated = beyond!(
+        "select distinct recorded_at, upload_id from estimates",
+        "(flight_hours, recorded_at) > ($5, $6)"
     );
-    let query = sqlx::query(estimated).bind_component(component).bind(last.overhaul_index);
-    query.bind(end.flight_hours).bind(end.at).bind(since.micros()).execute(&mut *connection).await?;
+    let query = sqlx::query_as(estimated).bind_component(component).bind(last.overhaul_index);
+    let moments = query.bind(end.flight_hours).bind(end.at).fetch_all(&mut *connection).await?;
+    uploads::let_wait(connection, component, moments, since).await?;
     let forget = beyond!("delete from estimates", "(flight_hours, recorded_at) > ($5, $6)");
     let query = sqlx::query(forget).bind_component(component).bind(last.overhaul_index);
     let sent = query.bind(end.flight_hours).bind(end.at).execute(&mut *connection).await?;
@@ -121,17 +118,12 @@ async fn send_back_set_aside(
     component: &Component,
     since: Timestamp,
 ) -> Result<u64, StoreError> {
-    sqlx::query(
-        "insert into inbox (operator, part_number, serial_number, recorded_at, upload_id, since)
-         select operator, part_number, serial_number, recorded_at, upload_id, cast($4 as bigint)
-         from set_aside
-         where operator = $1 and part_number = $2 and serial_number = $3
-         on conflict (operator, part_number, serial_number, recorded_at, upload_id) do nothing",
-    )
-    .bind_component(component)
-    .bind(since.micros())
-    .execute(&mut *connection)
-    .await?;
+    let moments = sqlx::query_as(
+        "select recorded_at, upload_id from set_aside
+         where operator = $1 and part_number = $2 and serial_number = $3",
+    );
+    let moments = moments.bind_component(component).fetch_all(&mut *connection).await?;
+    uploads::let_wait(connection, component, moments, since).await?;
     let sent = sqlx::query("delete from set_aside where operator = $1 and part_number = $2 and serial_number = $3")
         .bind_component(component)
         .execute(connection)

@@ -5,7 +5,7 @@ use domain::{Component, Prognosis, Timestamp};
 use super::{
     Connection,
     endings::Ending,
-    lives::LifePointer,
+    lives::{self, LifePointer},
     overhauls::End,
     row::{BindKey, Body, ComponentColumns, checksum, corrupt, decode, encode, hours_column},
     verify,
@@ -126,46 +126,102 @@ pub(super) async fn withdraw(
     end: End,
     now: Timestamp,
 ) -> Result<(), StoreError> {
-    sqlx::query(
-        "update prognoses set withdrawn_at = $6
-         where operator = $1 and part_number = $2 and serial_number = $3 and withdrawn_at is null
-           and (overhaul_index > $4 or (overhaul_index = $4 and forecast_from_fh > $5))",
-    )
-    .bind_component(component)
-    .bind(last.overhaul_index)
-    .bind(end.flight_hours)
-    .bind(now.micros())
-    .execute(&mut *connection)
-    .await?;
+    let beyond = from_beyond(connection, component, last, end.flight_hours).await?;
+    let mut withdrawn: Vec<_> = beyond.into_iter().map(|one| (one.pointer, one.fence)).collect();
     for IssuedRow { pointer, row, .. } in from_hours(connection, component, last, end.flight_hours).await? {
         if row.prognosis(component, pointer)?.as_of.recorded_at.micros() > end.at {
-            sqlx::query(
-                "update prognoses set withdrawn_at = $7
-                 where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4
-                   and generation = $5 and fence = $6",
-            )
-            .bind_component(component)
-            .bind(pointer.overhaul_index)
-            .bind(pointer.generation)
-            .bind(row.fence)
-            .bind(now.micros())
-            .execute(&mut *connection)
-            .await?;
+            withdrawn.push((pointer, row.fence));
         }
     }
+    for (pointer, fence) in &withdrawn {
+        mark_withdrawn(connection, component, *pointer, *fence, now).await?;
+    }
+    for life in lives::rows(connection, component).await? {
+        let pointer = life.pointer();
+        if life.prognosis_fence.is_some_and(|fence| withdrawn.contains(&(pointer, fence))) {
+            lives::serve_prognosis(connection, component, pointer, None).await?;
+        }
+    }
+    Ok(())
+}
+
+/// A forecast that stands.
+#[derive(sqlx::FromRow)]
+struct Standing {
+    #[sqlx(flatten)]
+    pointer: LifePointer,
+    fence: i64,
+}
+
+/// The forecasts that stand of later lives than one, and those of it that go on from beyond some hours.
+async fn from_beyond(
+    connection: &mut Connection,
+    component: &Component,
+    life: LifePointer,
+    flight_hours: f64,
+) -> Result<Vec<Standing>, StoreError> {
+    let rows = sqlx::query_as(
+        "select overhaul_index, generation, fence from prognoses
+         where operator = $1 and part_number = $2 and serial_number = $3 and withdrawn_at is null
+           and (overhaul_index > $4 or (overhaul_index = $4 and forecast_from_fh > $5))",
+    );
+    Ok(rows.bind_component(component).bind(life.overhaul_index).bind(flight_hours).fetch_all(connection).await?)
+}
+
+async fn mark_withdrawn(
+    connection: &mut Connection,
+    component: &Component,
+    pointer: LifePointer,
+    fence: i64,
+    now: Timestamp,
+) -> Result<(), StoreError> {
     sqlx::query(
-        "update lives set prognosis_fence = null
-         where operator = $1 and part_number = $2 and serial_number = $3 and exists (
-           select 1 from prognoses p
-           where p.operator = lives.operator and p.part_number = lives.part_number
-             and p.serial_number = lives.serial_number and p.overhaul_index = lives.overhaul_index
-             and p.generation = lives.generation and p.fence = lives.prognosis_fence
-             and p.withdrawn_at is not null)",
+        "update prognoses set withdrawn_at = $7, withdrawal_checksum = $8
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4
+           and generation = $5 and fence = $6",
     )
     .bind_component(component)
+    .bind(pointer.overhaul_index)
+    .bind(pointer.generation)
+    .bind(fence)
+    .bind(now.micros())
+    .bind(checksum(&withdrawal_name(component, pointer, fence, now.micros()), &[]))
     .execute(connection)
     .await?;
     Ok(())
+}
+
+/// Gives a checksum to what was withdrawn before withdrawals had any.
+pub(super) async fn seal(connection: &mut Connection) -> Result<(), StoreError> {
+    #[derive(sqlx::FromRow)]
+    struct Withdrawn {
+        #[sqlx(flatten)]
+        key: ComponentColumns,
+        #[sqlx(flatten)]
+        pointer: LifePointer,
+        fence: i64,
+        withdrawn_at: i64,
+    }
+    let rows: Vec<Withdrawn> = sqlx::query_as(
+        "select operator, part_number, serial_number, overhaul_index, generation, fence, withdrawn_at from prognoses
+         where withdrawn_at is not null and withdrawal_checksum is null",
+    )
+    .fetch_all(&mut *connection)
+    .await?;
+    for Withdrawn { key, pointer, fence, withdrawn_at } in rows {
+        let at = Timestamp::from_micros(withdrawn_at);
+        mark_withdrawn(connection, &key.component(PROGNOSES)?, pointer, fence, at).await?;
+    }
+    Ok(())
+}
+
+fn withdrawal_name(
+    component: &Component,
+    pointer: LifePointer,
+    fence: i64,
+    withdrawn_at: i64,
+) -> impl serde::Serialize + '_ {
+    ("withdrawn prognoses", component, pointer.overhaul_index, pointer.generation, fence, withdrawn_at)
 }
 
 /// The forecasts of all generations of a life that go on from some hours and stand.
@@ -201,10 +257,32 @@ impl IssuedRow {
     }
 }
 
-/// Checks every prognosis that was ever issued.
+#[derive(sqlx::FromRow)]
+struct WholeRow {
+    #[sqlx(flatten)]
+    issued: IssuedRow,
+    withdrawn_at: Option<i64>,
+    withdrawal_checksum: Option<Vec<u8>>,
+}
+
+impl WholeRow {
+    fn check(self) -> Result<(), StoreError> {
+        let (component, pointer) = (self.issued.key.component(PROGNOSES)?, self.issued.pointer);
+        let Self { issued: IssuedRow { row, .. }, withdrawn_at, withdrawal_checksum } = self;
+        row.prognosis(&component, pointer)?;
+        let name = |at| withdrawal_name(&component, pointer, row.fence, at);
+        let wanted = withdrawn_at.map(|at| checksum(&name(at), &[]));
+        if wanted == withdrawal_checksum {
+            return Ok(());
+        }
+        Err(corrupt(&name(withdrawn_at.unwrap_or_default()), "its checksum does not hold"))
+    }
+}
+
+/// Checks every prognosis that was ever issued, and whether it was withdrawn.
 pub(super) async fn verify(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
     let sql = "select operator, part_number, serial_number, overhaul_index, generation, fence, issued_at, body,
-                      checksum, forecast_from_fh
+                      checksum, forecast_from_fh, withdrawn_at, withdrawal_checksum
                from prognoses order by operator, part_number, serial_number, overhaul_index, generation, fence";
-    verify::each(connection, PROGNOSES, sql, found, |row: IssuedRow| row.prognosis().map(|_| ())).await
+    verify::each(connection, PROGNOSES, sql, found, WholeRow::check).await
 }

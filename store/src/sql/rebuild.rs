@@ -14,6 +14,7 @@ use domain::{Component, OperatorId, Timestamp};
 use super::{
     Connection, Engine, events, generations, installations, operators, queue,
     row::BindKey,
+    uploads,
     write::{Reach, Write},
 };
 use crate::StoreError;
@@ -121,19 +122,14 @@ async fn forget(connection: &mut Connection, component: &Component) -> Result<()
 
 /// Lets all uploads of a component that are not voided wait.
 async fn send_back(connection: &mut Connection, component: &Component, since: Timestamp) -> Result<(), StoreError> {
-    sqlx::query(
-        "insert into inbox (operator, part_number, serial_number, recorded_at, upload_id, since)
-         select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, cast($4 as bigint)
-         from uploads u
+    let moments = sqlx::query_as(
+        "select u.recorded_at, u.upload_id from uploads u
          where u.operator = $1 and u.part_number = $2 and u.serial_number = $3
            and not exists (
              select 1 from voided v
              where v.operator = u.operator and v.part_number = u.part_number and v.serial_number = u.serial_number
                and v.recorded_at = u.recorded_at and v.upload_id = u.upload_id)",
-    )
-    .bind_component(component)
-    .bind(since.micros())
-    .execute(connection)
-    .await?;
-    Ok(())
+    );
+    let moments = moments.bind_component(component).fetch_all(&mut *connection).await?;
+    uploads::let_wait(connection, component, moments, since).await
 }

@@ -79,7 +79,8 @@ pub(super) fn corrupt(name: &impl Serialize, detail: impl Display) -> StoreError
     StoreError::Corrupt { row: name_text(name), detail: detail.to_string() }
 }
 
-fn name_text(name: &impl Serialize) -> String {
+/// The name of a row as text.
+pub(super) fn name_text(name: &impl Serialize) -> String {
     serde_json::to_string(name).expect("names of rows are tuples of texts and finite numbers")
 }
 
@@ -117,12 +118,22 @@ pub(super) struct ComponentColumns {
 
 impl ComponentColumns {
     pub(super) fn component(&self, table: &str) -> Result<Component, StoreError> {
-        Ok(Component {
-            operator: parse::<OperatorId>(table, &self.operator)?,
-            part_number: parse(table, &self.part_number)?,
-            serial_number: parse(table, &self.serial_number)?,
-        })
+        component_of(table, &self.operator, &self.part_number, &self.serial_number)
     }
+}
+
+/// A component out of the columns of its key.
+pub(super) fn component_of(
+    table: &str,
+    operator: &str,
+    part_number: &str,
+    serial_number: &str,
+) -> Result<Component, StoreError> {
+    Ok(Component {
+        operator: parse::<OperatorId>(table, operator)?,
+        part_number: parse(table, part_number)?,
+        serial_number: parse(table, serial_number)?,
+    })
 }
 
 /// The key of an upload, as the columns of every table that is about one.

@@ -6,9 +6,12 @@ use domain::{Component, OperatorId, Position, TailNumber, Timestamp};
 
 use super::{
     Connection, Engine, endings,
-    lives::LifeRow,
+    installations::InstallationRow,
+    lives::{LifeRow, life_columns},
     prognoses::PrognosisRow,
-    row::{Body, ComponentColumns, count, parse},
+    row::{Body, corrupt, count, parse},
+    sealed::Sealed,
+    tails::TailRow,
     utilisation,
 };
 use crate::{Installed, InstalledTail, StoreError};
@@ -19,9 +22,10 @@ const INSTALLATIONS: &str = "installations";
 macro_rules! installed {
     ($condition:literal) => {
         concat!(
-            "select i.operator, i.part_number, i.serial_number, i.tail, i.position, i.from_at, l.overhaul_index,
-                    l.generation, l.began_by, l.began_fh, l.began_at,
-                    (select count(*) from inbox w
+            "select i.tail, i.position, i.from_at, i.from_by, i.from_name, i.to_at, i.to_by, i.to_name,
+                    i.checksum as place_checksum, ",
+            life_columns!(),
+            "       (select count(*) from inbox w
                      where w.operator = i.operator and w.part_number = i.part_number
                        and w.serial_number = i.serial_number) as pending,
                     p.fence, p.issued_at, p.body, p.checksum, p.forecast_from_fh
@@ -53,8 +57,10 @@ impl Engine {
     }
 
     pub(crate) async fn knows_tail(&self, operator: &OperatorId, tail: &TailNumber) -> Result<bool, StoreError> {
-        let query = sqlx::query_scalar("select exists (select * from tails where operator = $1 and tail = $2)");
-        Ok(query.bind(operator.as_str()).bind(tail.as_str()).fetch_one(&mut *self.read(operator).await?).await?)
+        let sql = "select operator, tail, checksum as tail_checksum from tails where operator = $1 and tail = $2";
+        let query = sqlx::query_as(sql).bind(operator.as_str()).bind(tail.as_str());
+        let row: Option<TailRow> = query.fetch_optional(&mut *self.read(operator).await?).await?;
+        Ok(row.map(Sealed::checked).transpose()?.is_some())
     }
 
     pub(crate) async fn installed(
@@ -100,7 +106,7 @@ impl Engine {
         let mut rows = rows.into_iter().peekable();
         for tail in &mut fleet {
             let fh_per_day = utilisation.remove(&tail.tail);
-            while let Some(row) = rows.next_if(|row| row.tail == tail.tail.as_str()) {
+            while let Some(row) = rows.next_if(|row| row.place.tail == tail.tail.as_str()) {
                 tail.installed.push(row.installed(fh_per_day, &found_failed)?);
             }
         }
@@ -135,19 +141,17 @@ async fn tails(
     after: &str,
     limit: u32,
 ) -> Result<Vec<TailNumber>, StoreError> {
-    let sql = "select tail from tails where operator = $1 and tail > $2 order by tail limit $3";
-    let query = sqlx::query_scalar(sql).bind(operator.as_str()).bind(after).bind(i64::from(limit));
-    let tails: Vec<String> = query.fetch_all(connection).await?;
-    tails.iter().map(|tail| parse("tails", tail)).collect()
+    let sql = "select operator, tail, checksum as tail_checksum from tails
+               where operator = $1 and tail > $2 order by tail limit $3";
+    let query = sqlx::query_as(sql).bind(operator.as_str()).bind(after).bind(i64::from(limit));
+    let tails: Vec<TailRow> = query.fetch_all(connection).await?;
+    tails.into_iter().map(|row| parse("tails", &row.checked()?.tail)).collect()
 }
 
 #[derive(sqlx::FromRow)]
 struct InstalledRow {
     #[sqlx(flatten)]
-    key: ComponentColumns,
-    tail: String,
-    position: String,
-    from_at: i64,
+    place: InstallationRow,
     #[sqlx(flatten)]
     life: LifeRow,
     pending: i64,
@@ -164,15 +168,19 @@ impl InstalledRow {
         utilisation: Option<f64>,
         found_failed: &BTreeMap<Component, f64>,
     ) -> Result<Installed, StoreError> {
-        let component = self.key.component(INSTALLATIONS)?;
-        let pointer = self.life.pointer;
+        self.place.check()?;
+        self.life.check()?;
+        let (component, pointer) = (self.life.component()?, self.life.pointer());
         let prognosis = self.prognosis_row().map(|row| row.prognosis(&component, pointer)).transpose()?;
+        if prognosis.is_none() && self.life.prognosis_fence.is_some() {
+            return Err(corrupt(&("prognoses", &component, pointer.overhaul_index), "the served one is missing"));
+        }
         Ok(Installed {
-            tail: parse(INSTALLATIONS, &self.tail)?,
-            position: parse(INSTALLATIONS, &self.position)?,
+            tail: parse(INSTALLATIONS, &self.place.tail)?,
+            position: parse(INSTALLATIONS, &self.place.position)?,
             overhaul_index: count("lives", pointer.overhaul_index)?,
             began: self.life.beginning()?,
-            since: Timestamp::from_micros(self.from_at),
+            since: Timestamp::from_micros(self.place.from_at),
             prognosis,
             found_failed_fh: found_failed.get(&component).copied(),
             pending_uploads: count("inbox", self.pending)?,

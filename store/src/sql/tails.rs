@@ -2,8 +2,19 @@
 
 use domain::{OperatorId, TailNumber};
 
-use super::Connection;
+use super::{
+    Connection,
+    sealed::{self, sealed},
+};
 use crate::StoreError;
+
+sealed! {
+    /// A tail that was ever heard of.
+    TailRow of "tails", checksum "tail_checksum",
+    key { operator: String, tail: String }
+    columns {}
+    values "$1, $2, $3" where "operator = $2 and tail = $3"
+}
 
 /// Enrols a tail, unless it is known.
 pub(super) async fn enrol(
@@ -11,10 +22,6 @@ pub(super) async fn enrol(
     operator: &OperatorId,
     tail: &TailNumber,
 ) -> Result<(), StoreError> {
-    sqlx::query("insert into tails (operator, tail) values ($1, $2) on conflict (operator, tail) do nothing")
-        .bind(operator.as_str())
-        .bind(tail.as_str())
-        .execute(connection)
-        .await?;
-    Ok(())
+    let row = TailRow { operator: operator.to_string(), tail: tail.to_string(), checksum: None };
+    sealed::insert_new(connection, &row).await.map(|_| ())
 }

@@ -4,7 +4,7 @@ use domain::{Act, Action, Actor, OperatorId, Scope, SecretHash, Timestamp, Token
 use serde_json::{Value, json};
 
 use super::{
-    Connection, Engine,
+    Connection, Engine, anchors,
     audit::Trace,
     row::{self, checksum, corrupt, hash, parse},
     verify,
@@ -35,8 +35,9 @@ impl Engine {
     }
 
     pub(crate) async fn has_tokens(&self) -> Result<bool, StoreError> {
-        let sql = "select exists (select 1 from tokens)";
-        Ok(sqlx::query_scalar(sql).fetch_one(&mut *self.read_all().await?).await?)
+        let (sql, mut transaction) = ("select exists (select 1 from tokens)", self.read_all().await?);
+        let held: bool = sqlx::query_scalar(sql).fetch_one(&mut *transaction).await?;
+        Ok(held || anchors::know_tokens(&mut transaction).await?)
     }
 
     pub(crate) async fn revoke_token(

@@ -1,17 +1,19 @@
 //! Uploads as they came, and where they stand.
 
-use domain::{Component, OperatorId, Timestamp, Upload, UploadId};
+use domain::{Component, ContentHash, OperatorId, Timestamp, Upload, UploadId};
 use futures_util::StreamExt;
 
 use super::{
     Connection, Engine, aside,
     history::{self, End},
-    row::{BindKey, Body, ComponentColumns, UploadKey, checksum, corrupt, count, decode, parse},
+    row::{BindKey, Body, ComponentColumns, UploadKey, checksum, component_of, corrupt, count, decode, parse},
+    sealed::{self, Sealed, sealed},
     verify,
 };
 use crate::{StoreError, UploadRecord, UploadState, UploadStateKind, Verification};
 
 const UPLOADS: &str = "uploads";
+const KEYS: &str = "upload_keys";
 
 impl Engine {
     pub(crate) async fn upload(
@@ -166,16 +168,20 @@ pub(super) async fn insert(
     .bind(checksum(&name, body.as_bytes()))
     .execute(&mut *connection)
     .await?;
-    sqlx::query(
-        "insert into inbox (operator, part_number, serial_number, recorded_at, upload_id, since)
-         values ($1, $2, $3, $4, $5, $6)",
-    )
-    .bind_component(component)
-    .bind(upload.recorded_at.micros())
-    .bind(upload.upload_id.as_str())
-    .bind(received_at.micros())
-    .execute(connection)
-    .await?;
+    sealed::insert(connection, &InboxRow::of(&UploadKey::of(component, upload), received_at)).await
+}
+
+/// Lets uploads of a component wait, by (recorded_at, upload_id); those that wait already stay as they are.
+pub(super) async fn let_wait(
+    connection: &mut Connection,
+    component: &Component,
+    moments: Vec<(i64, String)>,
+    since: Timestamp,
+) -> Result<(), StoreError> {
+    for (recorded_at, upload_id) in moments {
+        let key = UploadKey { component: component.clone(), recorded_at, upload_id: parse(UPLOADS, &upload_id)? };
+        sealed::insert_new(connection, &InboxRow::of(&key, since)).await?;
+    }
     Ok(())
 }
 
@@ -195,7 +201,7 @@ pub(super) async fn find(
     .bind_upload(&key)
     .fetch_optional(connection)
     .await?;
-    row.map(UploadRow::upload).transpose()
+    row.ok_or_else(|| corrupt(&(UPLOADS, &key.component, key.recorded_at, id), "it is missing"))?.upload().map(Some)
 }
 
 /// Uploads of a component that wait, in the order of its life. (SQLite follows the order of a cross
@@ -314,20 +320,22 @@ pub(super) async fn at_end_of(
 
 /// Where an upload stands: it was voided, waits, was set aside, or has been processed.
 pub(super) async fn state_of(connection: &mut Connection, key: &UploadKey) -> Result<UploadState, StoreError> {
-    let (voided_at, waits): (Option<i64>, bool) = sqlx::query_as(
-        "select
-           (select voided_at from voided where operator = $1 and part_number = $2 and serial_number = $3
-            and recorded_at = $4 and upload_id = $5),
-           exists (select 1 from inbox where operator = $1 and part_number = $2 and serial_number = $3
-                   and recorded_at = $4 and upload_id = $5)",
-    )
-    .bind_upload(key)
-    .fetch_one(&mut *connection)
-    .await?;
-    if let Some(at) = voided_at {
-        return Ok(UploadState::Voided { at: Timestamp::from_micros(at) });
+    let voided = sqlx::query_as(
+        "select operator, part_number, serial_number, recorded_at, upload_id, voided_at, checksum as voided_checksum
+         from voided
+         where operator = $1 and part_number = $2 and serial_number = $3 and recorded_at = $4 and upload_id = $5",
+    );
+    let voided: Option<VoidedRow> = voided.bind_upload(key).fetch_optional(&mut *connection).await?;
+    if let Some(voided) = voided.map(Sealed::checked).transpose()? {
+        return Ok(UploadState::Voided { at: Timestamp::from_micros(voided.voided_at) });
     }
-    if waits {
+    let waits = sqlx::query_as(
+        "select operator, part_number, serial_number, recorded_at, upload_id, since, checksum as inbox_checksum
+         from inbox
+         where operator = $1 and part_number = $2 and serial_number = $3 and recorded_at = $4 and upload_id = $5",
+    );
+    let waits: Option<InboxRow> = waits.bind_upload(key).fetch_optional(&mut *connection).await?;
+    if waits.map(Sealed::checked).transpose()?.is_some() {
         return Ok(UploadState::Pending);
     }
     Ok(match aside::reason(connection, key).await? {
@@ -342,26 +350,93 @@ async fn key(
     operator: &OperatorId,
     id: &UploadId,
 ) -> Result<Option<UploadKey>, StoreError> {
-    let row: Option<KeyRow> = sqlx::query_as(
-        "select operator, part_number, serial_number, recorded_at from upload_keys
-         where operator = $1 and upload_id = $2",
-    )
-    .bind(operator.as_str())
-    .bind(id.as_str())
-    .fetch_optional(connection)
-    .await?;
-    row.map(|row| {
-        let component = row.key.component("upload_keys")?;
-        Ok(UploadKey { component, recorded_at: row.recorded_at, upload_id: id.clone() })
-    })
-    .transpose()
+    let Some(row) = key_row(connection, operator, id).await? else { return Ok(None) };
+    let component = component_of(KEYS, &row.operator, &row.part_number, &row.serial_number)?;
+    Ok(Some(UploadKey { component, recorded_at: row.recorded_at, upload_id: id.clone() }))
 }
 
-#[derive(sqlx::FromRow)]
-struct KeyRow {
-    #[sqlx(flatten)]
-    key: ComponentColumns,
-    recorded_at: i64,
+/// What is known by the name of an upload.
+pub(super) async fn key_row(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    id: &UploadId,
+) -> Result<Option<UploadKeyRow>, StoreError> {
+    let query = sqlx::query_as(
+        "select operator, upload_id, part_number, serial_number, recorded_at, content_hash,
+                checksum as upload_key_checksum
+         from upload_keys where operator = $1 and upload_id = $2",
+    );
+    let row: Option<UploadKeyRow> =
+        query.bind(operator.as_str()).bind(id.as_str()).fetch_optional(connection).await?;
+    row.map(Sealed::checked).transpose()
+}
+
+sealed! {
+    /// The name of an upload, which is taken for ever: whose it is, and the hash of its content.
+    UploadKeyRow of "upload_keys", checksum "upload_key_checksum",
+    key { operator: String, upload_id: String }
+    columns { part_number: String, serial_number: String, recorded_at: i64, content_hash: Vec<u8> }
+    values "$1, $2, $3, $4, $5, $6, $7" where "operator = $2 and upload_id = $3"
+}
+
+impl UploadKeyRow {
+    pub(super) fn of(key: &UploadKey, content_hash: &ContentHash) -> Self {
+        Self {
+            operator: key.component.operator.to_string(),
+            upload_id: key.upload_id.to_string(),
+            part_number: key.component.part_number.to_string(),
+            serial_number: key.component.serial_number.to_string(),
+            recorded_at: key.recorded_at,
+            content_hash: content_hash.bytes().to_vec(),
+            checksum: None,
+        }
+    }
+}
+
+sealed! {
+    /// An upload that waits to be processed, and since when.
+    InboxRow of "inbox", checksum "inbox_checksum",
+    key { operator: String, part_number: String, serial_number: String, recorded_at: i64, upload_id: String }
+    columns { since: i64 }
+    values "$1, $2, $3, $4, $5, $6, $7"
+    where "operator = $2 and part_number = $3 and serial_number = $4 and recorded_at = $5 and upload_id = $6"
+}
+
+impl InboxRow {
+    fn of(key: &UploadKey, since: Timestamp) -> Self {
+        Self {
+            operator: key.component.operator.to_string(),
+            part_number: key.component.part_number.to_string(),
+            serial_number: key.component.serial_number.to_string(),
+            recorded_at: key.recorded_at,
+            upload_id: key.upload_id.to_string(),
+            since: since.micros(),
+            checksum: None,
+        }
+    }
+}
+
+sealed! {
+    /// An upload that was taken back.
+    VoidedRow of "voided", checksum "voided_checksum",
+    key { operator: String, part_number: String, serial_number: String, recorded_at: i64, upload_id: String }
+    columns { voided_at: i64 }
+    values "$1, $2, $3, $4, $5, $6, $7"
+    where "operator = $2 and part_number = $3 and serial_number = $4 and recorded_at = $5 and upload_id = $6"
+}
+
+impl VoidedRow {
+    pub(super) fn of(key: &UploadKey, voided_at: Timestamp) -> Self {
+        Self {
+            operator: key.component.operator.to_string(),
+            part_number: key.component.part_number.to_string(),
+            serial_number: key.component.serial_number.to_string(),
+            recorded_at: key.recorded_at,
+            upload_id: key.upload_id.to_string(),
+            voided_at: voided_at.micros(),
+            checksum: None,
+        }
+    }
 }
 
 /// The key of an upload that a worker was given.

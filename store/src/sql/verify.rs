@@ -7,8 +7,8 @@ use futures_util::StreamExt;
 use sqlx::FromRow;
 
 use super::{
-    Connection, Database, Engine, checkpoints, events, history, models, priors, prognoses, sensor_configurations,
-    tokens, uploads,
+    Connection, Database, Engine, checkpoints, events, history, models, priors, prognoses, sealing,
+    sensor_configurations, tokens, uploads,
 };
 use crate::{DamagedRow, StoreError, Verification};
 
@@ -32,6 +32,7 @@ impl Engine {
             self.enter(&mut transaction, &wall).await?;
             sources(&mut transaction, &mut found).await?;
             if results {
+                sealing::verify_derived(&mut transaction, &mut found).await?;
                 history::verify(&mut transaction, &mut found).await?;
                 checkpoints::verify_all(&mut transaction, &mut found).await?;
                 prognoses::verify(&mut transaction, &mut found).await?;
@@ -48,6 +49,7 @@ async fn sources(connection: &mut Connection, found: &mut Verification) -> Resul
     priors::verify_all(connection, found).await?;
     uploads::verify(connection, found).await?;
     events::verify(connection, found).await?;
+    sealing::verify_sources(connection, found).await?;
     sensor_configurations::verify_all(connection, found).await?;
     tokens::verify_all(connection, found).await
 }

@@ -14,7 +14,11 @@ use sqlx::{
     sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
 };
 
-use super::{Engine, writer::Owned, writer::Writer};
+use super::{
+    Engine,
+    sql::{seal_models, seal_rows},
+    writer::{Owned, Writer},
+};
 use crate::{Clock, Options, StoreError, schema::SCHEMA};
 
 /// Marks a database as ours: "ACTU".
@@ -33,6 +37,7 @@ impl Engine {
         let mut connection = SqliteConnection::connect_with(&writing(&path)).await?;
         check_durability(&mut connection).await?;
         migrate(&mut connection).await?;
+        seal(&mut connection, &path).await?;
         // One process owns the file, so whoever held a lease is gone.
         sqlx::query("update component_queue set lease_until = 0 where lease_until > 0")
             .execute(&mut connection)
@@ -200,6 +205,20 @@ async fn migrate(connection: &mut SqliteConnection) -> Result<(), StoreError> {
     // A newer build may have added migrations that this one can live with: min_binary says so.
     migrator.set_ignore_missing(true);
     migrator.run_direct(None, connection, false).await.map_err(|error| StoreError::Migration(Arc::new(error)))
+}
+
+/// Gives their checksums to the rows of a database that had none yet.
+async fn seal(connection: &mut SqliteConnection, path: &Path) -> Result<(), StoreError> {
+    let sealed: i64 = sqlx::query_scalar("select sealed from schema_info").fetch_one(&mut *connection).await?;
+    if sealed == 1 {
+        return Ok(());
+    }
+    let mut reader = SqliteConnection::connect_with(&SqliteConnectOptions::new().filename(path).read_only(true)).await?;
+    seal_rows(&mut reader, connection).await?;
+    reader.close().await?;
+    seal_models(connection).await?;
+    sqlx::query("update schema_info set sealed = 1").execute(connection).await?;
+    Ok(())
 }
 
 async fn readers(path: &Path, connections: u32) -> Result<SqlitePool, StoreError> {
