@@ -68,9 +68,6 @@ pub(super) async fn know_tokens(connection: &mut Connection) -> Result<bool, Sto
 }
 
 /// Checks every anchor.
-pub(super) async fn verify(
-    connection: &mut Connection,
-    found: &mut crate::Verification,
-) -> Result<(), StoreError> {
+pub(super) async fn verify(connection: &mut Connection, found: &mut crate::Verification) -> Result<(), StoreError> {
     sealed::verify::<AnchorRow>(connection, found).await
 }

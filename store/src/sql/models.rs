@@ -45,7 +45,8 @@ impl Engine {
     }
 
     pub(crate) async fn bundles(&self) -> Result<Vec<BundleRecord>, StoreError> {
-        let rows: Vec<BundleRow> = sqlx::query_as(bundles!("order by added_at, hash")).fetch_all(&mut *self.read_all().await?).await?;
+        let rows: Vec<BundleRow> =
+            sqlx::query_as(bundles!("order by added_at, hash")).fetch_all(&mut *self.read_all().await?).await?;
         rows.into_iter().map(BundleRow::record).collect()
     }
 
@@ -88,7 +89,8 @@ pub(super) async fn active(connection: &mut Connection) -> Result<Option<BundleS
 
 /// The bundle of a hash.
 pub(super) async fn summary(connection: &mut Connection, model: &ContentHash) -> Result<BundleSummary, StoreError> {
-    let row: Option<BundleRow> = sqlx::query_as(bundles!("where hash = $1")).bind(&model.bytes()[..]).fetch_optional(connection).await?;
+    let row: Option<BundleRow> =
+        sqlx::query_as(bundles!("where hash = $1")).bind(&model.bytes()[..]).fetch_optional(connection).await?;
     Ok(row.ok_or(StoreError::UnknownBundle(*model))?.record()?.summary)
 }
 
@@ -196,7 +198,8 @@ impl Write for Activate {
     }
 
     async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<(), StoreError> {
-        let row: Option<BundleRow> = sqlx::query_as(bundles!("where active = 1")).fetch_optional(&mut *connection).await?;
+        let row: Option<BundleRow> =
+            sqlx::query_as(bundles!("where active = 1")).fetch_optional(&mut *connection).await?;
         if let Some(before) = row {
             let hash = hash(BUNDLES, &before.hash)?;
             set_active(connection, hash, 0, before.activated_at).await?;

@@ -89,10 +89,8 @@ async fn send_back(
     end: End,
     since: Timestamp,
 ) -> Result<u64, StoreError> {
-    let estimated = beyond!(
-        "select distinct recorded_at, upload_id from estimates",
-        "(flight_hours, recorded_at) > ($5, $6)"
-    );
+    let estimated =
+        beyond!("select distinct recorded_at, upload_id from estimates", "(flight_hours, recorded_at) > ($5, $6)");
     let query = sqlx::query_as(estimated).bind_component(component).bind(last.overhaul_index);
     let moments = query.bind(end.flight_hours).bind(end.at).fetch_all(&mut *connection).await?;
     uploads::let_wait(connection, component, moments, since).await?;

@@ -366,8 +366,7 @@ pub(super) async fn key_row(
                 checksum as upload_key_checksum
          from upload_keys where operator = $1 and upload_id = $2",
     );
-    let row: Option<UploadKeyRow> =
-        query.bind(operator.as_str()).bind(id.as_str()).fetch_optional(connection).await?;
+    let row: Option<UploadKeyRow> = query.bind(operator.as_str()).bind(id.as_str()).fetch_optional(connection).await?;
     row.map(Sealed::checked).transpose()
 }
 

@@ -213,7 +213,8 @@ async fn seal(connection: &mut SqliteConnection, path: &Path) -> Result<(), Stor
     if sealed == 1 {
         return Ok(());
     }
-    let mut reader = SqliteConnection::connect_with(&SqliteConnectOptions::new().filename(path).read_only(true)).await?;
+    let mut reader =
+        SqliteConnection::connect_with(&SqliteConnectOptions::new().filename(path).read_only(true)).await?;
     seal_rows(&mut reader, connection).await?;
     reader.close().await?;
     seal_models(connection).await?;
