@@ -25,7 +25,7 @@ macro_rules! installed {
             "select i.tail, i.position, i.from_at, i.from_by, i.from_name, i.to_at, i.to_by, i.to_name,
                     i.checksum as place_checksum, ",
             life_columns!(),
-            "       (select count(*) from inbox w
+            ",      (select count(*) from inbox w
                      where w.operator = i.operator and w.part_number = i.part_number
                        and w.serial_number = i.serial_number) as pending,
                     p.fence, p.issued_at, p.body, p.checksum, p.forecast_from_fh
