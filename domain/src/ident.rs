@@ -4,9 +4,11 @@ use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
+use crate::text::not_of_a_name;
+
 /// A text that is not a name of the wanted kind.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{what} {given:?} must be {rule}")]
+#[error("{what} {given:?} must be {rule}{}", because(.reason))]
 pub struct InvalidName {
     /// The kind of name.
     pub what: &'static str,
@@ -14,6 +16,12 @@ pub struct InvalidName {
     pub given: String,
     /// The rule that it breaks.
     pub rule: &'static str,
+    /// What is wrong besides.
+    pub reason: Option<String>,
+}
+
+fn because(reason: &Option<String>) -> String {
+    reason.as_ref().map(|reason| format!(": {reason}")).unwrap_or_default()
 }
 
 macro_rules! name {
@@ -28,6 +36,22 @@ macro_rules! name {
             pub fn as_str(&self) -> &str {
                 &self.0
             }
+
+            /// A name for something new: one that people can tell from others, and that can stand in a URL. What has
+            /// another one from before is still found by it.
+            pub fn admit(text: &str) -> Result<Self, InvalidName> {
+                let name: Self = text.parse()?;
+                name.must_be_clear()?;
+                Ok(name)
+            }
+
+            /// Refuses a name that nothing new may have.
+            pub fn must_be_clear(&self) -> Result<(), InvalidName> {
+                match unclear(&self.0) {
+                    None => Ok(()),
+                    reason => Err(InvalidName { what: $what, given: self.0.clone(), rule: $rule, reason }),
+                }
+            }
         }
 
         impl FromStr for $type {
@@ -37,7 +61,7 @@ macro_rules! name {
                 if accepts(text) {
                     Ok(Self(text.to_owned()))
                 } else {
-                    Err(InvalidName { what: $what, given: text.chars().take(64).collect(), rule: $rule })
+                    Err(InvalidName { what: $what, given: text.chars().take(64).collect(), rule: $rule, reason: None })
                 }
             }
         }
@@ -112,6 +136,14 @@ impl Default for OperatorId {
     }
 }
 
+/// What keeps a text from naming something new.
+fn unclear(text: &str) -> Option<String> {
+    match text {
+        "." | ".." => Some("in a URL it would mean another place".to_owned()),
+        text => not_of_a_name(text),
+    }
+}
+
 fn of_chars(text: &str, min: usize, max: usize, accepts: impl Fn(char) -> bool) -> bool {
     (min..=max).contains(&text.len()) && text.chars().all(accepts)
 }
@@ -137,6 +169,18 @@ mod tests {
         assert!("SN 0001/Ä".parse::<SerialNumber>().is_ok());
         assert!("SN\n1".parse::<SerialNumber>().is_err());
         assert!("x".repeat(65).parse::<UploadId>().is_err());
+    }
+
+    #[test]
+    fn nothing_new_is_named_so_that_it_cannot_be_told_or_reached() {
+        for unclear in ["0042\u{200b}", "\u{feff}0042", "..", "."] {
+            assert!(unclear.parse::<SerialNumber>().is_ok(), "{unclear:?}: what has it from before is still found");
+            assert!(SerialNumber::admit(unclear).is_err(), "{unclear:?}");
+        }
+        let refused = SerialNumber::admit("0042\u{200b}").unwrap_err().to_string();
+        assert!(refused.contains(r#""0042\u{200b}""#) && refused.contains("U+200B"), "{refused}");
+        assert!(Position::admit("..").is_err() && UploadId::admit(".").is_err() && EventId::admit("..").is_err());
+        assert!(Position::admit("...").is_ok() && Position::admit("a..b").is_ok());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::{borrow::Cow, collections::HashMap, sync::Arc};
 
 use airframe::load_estimator::LoadEstimator;
 use diagnosis::Diagnoser;
-use domain::{BundleSummary, ContentHash, FaultModel, Invalid, Mask};
+use domain::{BundleSummary, ContentHash, FaultModel, Invalid, Mask, json};
 use ema::motor::Motor;
 use prognosis::{prior::FleetPrior, surrogate::Surrogate};
 use reduction::{GappyPod, ReductionError, SelfOrganisingMap};
@@ -173,11 +173,11 @@ impl Model {
         struct Header {
             format: u32,
         }
-        let header: Header = serde_json::from_slice(bytes)?;
+        let header: Header = json::from_slice(bytes)?;
         if header.format != FORMAT {
             return Err(BundleError::Format(header.format));
         }
-        let bundle: Bundle = serde_json::from_slice(bytes)?;
+        let bundle: Bundle = json::from_slice(bytes)?;
         bundle.check()?;
         let mut model = Self {
             hash: ContentHash::of(bytes),

@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 fn read_estimator(file: &Path) -> Result<LoadEstimator, Failure> {
     let refuse = |reason: String| Failure::BadInput(format!("{}: {reason}", file.display()));
     let text = fs::read(file).map_err(|error| refuse(error.to_string()))?;
-    let parameters: LoadParameters = serde_json::from_slice(&text).map_err(|error| refuse(error.to_string()))?;
+    let parameters: LoadParameters = domain::json::from_slice(&text).map_err(|error| refuse(error.to_string()))?;
     let configuration = parameters.configuration().map_err(|error| refuse(error.to_string()))?;
     LoadEstimator::new(configuration, parameters.settings(), parameters.envelope)
         .map_err(|invalid| refuse(invalid.to_string()))

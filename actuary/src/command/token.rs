@@ -48,7 +48,7 @@ struct Create {
     #[arg(long)]
     tail: Option<TailNumber>,
     /// What you call it.
-    #[arg(long)]
+    #[arg(long, value_parser = TokenName::admit)]
     name: Option<TokenName>,
     /// From when on it is refused: in so long (90d, 12h), on a day (2027-01-31, from its beginning in UTC) or at a
     /// time (RFC 3339). Never without it.

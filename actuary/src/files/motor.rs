@@ -11,7 +11,7 @@ pub fn read(file: Option<&Path>) -> Result<Motor, Failure> {
     let Some(file) = file else { return Ok(Motor::default()) };
     let refuse = |reason: String| Failure::BadInput(format!("{}: {reason}", file.display()));
     let text = fs::read(file).map_err(|error| refuse(error.to_string()))?;
-    let motor: Motor = serde_json::from_slice(&text).map_err(|error| refuse(error.to_string()))?;
+    let motor: Motor = domain::json::from_slice(&text).map_err(|error| refuse(error.to_string()))?;
     motor.check().map_err(|invalid| refuse(invalid.to_string()))?;
     Ok(motor)
 }

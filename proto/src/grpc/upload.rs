@@ -1,6 +1,6 @@
 //! Uploads: proto3 has no null, so missing values are listed by index.
 
-use domain::{AirData, Invalid, LoadRatio, Strain, Timestamp, Upload};
+use domain::{AirData, Invalid, LoadRatio, PartNumber, Position, SerialNumber, Strain, Timestamp, Upload, UploadId};
 
 use crate::v1;
 
@@ -9,10 +9,10 @@ use crate::v1;
 pub fn into_upload(request: v1::UploadRequest) -> Result<Upload, Invalid> {
     let mut invalid = Invalid::default();
     let tail = invalid.check("#/tail", request.tail.parse());
-    let upload_id = invalid.check("#/upload_id", request.upload_id.parse());
-    let position = invalid.check("#/position", request.position.parse());
-    let part_number = invalid.check("#/part_number", request.part_number.parse());
-    let serial_number = invalid.check("#/serial_number", request.serial_number.parse());
+    let upload_id = invalid.check("#/upload_id", UploadId::admit(&request.upload_id));
+    let position = invalid.check("#/position", Position::admit(&request.position));
+    let part_number = invalid.check("#/part_number", PartNumber::admit(&request.part_number));
+    let serial_number = invalid.check("#/serial_number", SerialNumber::admit(&request.serial_number));
     let flight_hours = required(&mut invalid, "#/flight_hours", request.flight_hours);
     let recorded_at = time(&mut invalid, "#/recorded_at", request.recorded_at);
     let mask_id = invalid.check("#/mask_id", request.mask_id.parse());

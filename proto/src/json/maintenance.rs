@@ -1,6 +1,9 @@
 //! What was done to components on the ground, as reported and as served.
 
-use domain::{EventId, EventKind, Finding, Invalid, MaintenanceEvent, Position, TailNumber, Timestamp};
+use domain::{
+    EventId, EventKind, Finding, Invalid, MaintenanceEvent, PartNumber, Position, SerialNumber, TailNumber, Timestamp,
+    text::not_of_a_note,
+};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -16,17 +19,17 @@ const MAX_AHEAD_H: f64 = 24.0;
 #[serde(deny_unknown_fields)]
 pub struct MaintenanceBody {
     /// The event's name, unique for ever within its operator.
-    #[schema(example = "WO-2026-0815", pattern = "^[A-Za-z0-9._:-]{1,64}$")]
+    #[schema(example = "WO-2026-0815", pattern = r"^(?!\.{1,2}$)[A-Za-z0-9._:-]{1,64}$")]
     pub event_id: String,
     /// What happened.
     pub kind: MaintenanceKind,
     /// What a finding found: required for a finding, and only for one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outcome: Option<FindingOutcome>,
-    /// The component's part number, 1-32 printable characters.
+    /// The component's part number, 1-32 printable characters that people can see and tell apart.
     #[schema(example = "EMA-500")]
     pub part_number: String,
-    /// Its serial number, 1-32 printable characters.
+    /// Its serial number, 1-32 printable characters that people can see and tell apart.
     #[schema(example = "SN-0001")]
     pub serial_number: String,
     /// When, RFC 3339 with an offset; at most a day ahead.
@@ -130,10 +133,10 @@ impl MaintenanceBody {
     /// The noun, or everything that is wrong with it. `now` is the present.
     pub fn into_event(self, tail: TailNumber, position: Position, now: Timestamp) -> Result<MaintenanceEvent, Invalid> {
         let mut invalid = Invalid::default();
-        let event_id = invalid.check("#/event_id", self.event_id.parse::<EventId>());
+        let event_id = invalid.check("#/event_id", EventId::admit(&self.event_id));
         let kind = self.kind(&mut invalid);
-        let part_number = invalid.check("#/part_number", self.part_number.parse());
-        let serial_number = invalid.check("#/serial_number", self.serial_number.parse());
+        let part_number = invalid.check("#/part_number", PartNumber::admit(&self.part_number));
+        let serial_number = invalid.check("#/serial_number", SerialNumber::admit(&self.serial_number));
         let occurred_at = invalid.check("#/occurred_at", self.occurred_at.parse::<Timestamp>());
         if occurred_at.is_some_and(|at| at.hours_since(now) > MAX_AHEAD_H) {
             invalid.push("#/occurred_at", format!("{} is more than a day after now, {now}", self.occurred_at));
@@ -144,6 +147,9 @@ impl MaintenanceBody {
         let length = self.note.as_ref().map_or(0, |note| note.chars().count());
         if length > MAX_NOTE {
             invalid.push("#/note", format!("its {length} characters are more than {MAX_NOTE}"));
+        }
+        if let Some(reason) = self.note.as_deref().and_then(not_of_a_note) {
+            invalid.push("#/note", reason);
         }
         let event = (|| {
             Some(MaintenanceEvent {

@@ -1,6 +1,9 @@
 //! From bytes to a body, or to the field at fault.
 
-use domain::Invalid;
+use domain::{
+    Invalid,
+    json::{Strict, without_mark},
+};
 use serde::de::DeserializeOwned;
 use serde_json::error::Category;
 use serde_path_to_error::{Path, Segment};
@@ -17,10 +20,10 @@ pub enum BodyError {
     Invalid(Invalid),
 }
 
-/// Reads a body; every error names the field where reading stopped.
+/// Reads a body by the rules of [`domain::json`]; every error names the field where reading stopped.
 pub fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, BodyError> {
-    let mut reader = serde_json::Deserializer::from_slice(bytes);
-    let body = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
+    let mut reader = serde_json::Deserializer::from_slice(without_mark(bytes));
+    let body = serde_path_to_error::deserialize(Strict(&mut reader)).map_err(|error| {
         let path = error.path().clone();
         refusal(&path, &error.into_inner())
     })?;
@@ -126,6 +129,17 @@ mod tests {
         assert_eq!(invalid("[]"), "#");
         assert_eq!(invalid("{}"), "#/upload_id");
         assert_eq!(invalid(r#"{"a/b ~":1}"#), "#/a~1b%20~0");
+    }
+
+    #[test]
+    fn a_list_is_no_object_and_half_a_thing_is_no_number_of_things() {
+        assert_eq!(invalid(r#"["u1","AIL-L"]"#), "#");
+        assert_eq!(invalid(r#"{"strain":[[],[]]}"#), "#/strain");
+        assert_eq!(invalid(r#"{"air_data":[1,2,3,4,5,6]}"#), "#/air_data");
+        assert_eq!(invalid(r#"{"flight_cycles":12.5}"#), "#/flight_cycles");
+        assert_eq!(invalid(r#"{"flight_cycles":12.0}"#), "#/upload_id", "the cycles are fine");
+        assert_eq!(invalid("\u{feff}{}"), "#/upload_id", "a byte order mark is skipped");
+        assert_eq!(invalid(r#"{"upload_id":"a","upload_id":"b"}"#), "#/upload_id");
     }
 
     #[test]

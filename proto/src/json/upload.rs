@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use domain::{AirData, Invalid, LoadRatio, Strain, TailNumber, Timestamp, Upload};
+use domain::{
+    AirData, Invalid, LoadRatio, PartNumber, Position, SerialNumber, Strain, TailNumber, Timestamp, Upload, UploadId,
+};
 use serde::{
     Deserialize, Deserializer, Serialize,
     de::{SeqAccess, Visitor},
@@ -16,15 +18,15 @@ use super::{HealthItem, Problem};
 #[serde(deny_unknown_fields)]
 pub struct UploadBody {
     /// The upload's name, unique for ever within its operator.
-    #[schema(example = "EC-MXA.AIL-L.000123", pattern = "^[A-Za-z0-9._:-]{1,64}$")]
+    #[schema(example = "EC-MXA.AIL-L.000123", pattern = r"^(?!\.{1,2}$)[A-Za-z0-9._:-]{1,64}$")]
     pub upload_id: String,
     /// Where the actuator is installed.
-    #[schema(example = "AIL-L", pattern = "^[A-Za-z0-9._-]{1,32}$")]
+    #[schema(example = "AIL-L", pattern = r"^(?!\.{1,2}$)[A-Za-z0-9._-]{1,32}$")]
     pub position: String,
-    /// Part number, 1-32 printable characters.
+    /// Part number, 1-32 printable characters that people can see and tell apart.
     #[schema(example = "EMA-500")]
     pub part_number: String,
-    /// Serial number, 1-32 printable characters.
+    /// Serial number, 1-32 printable characters that people can see and tell apart.
     #[schema(example = "SN-0001")]
     pub serial_number: String,
     /// The component's hours since new, never reset.
@@ -108,10 +110,10 @@ impl UploadBody {
     /// against the mask ([`Upload::check`]).
     pub fn into_upload(self, tail: TailNumber) -> Result<Upload, Invalid> {
         let mut invalid = Invalid::default();
-        let upload_id = invalid.check("#/upload_id", self.upload_id.parse());
-        let position = invalid.check("#/position", self.position.parse());
-        let part_number = invalid.check("#/part_number", self.part_number.parse());
-        let serial_number = invalid.check("#/serial_number", self.serial_number.parse());
+        let upload_id = invalid.check("#/upload_id", UploadId::admit(&self.upload_id));
+        let position = invalid.check("#/position", Position::admit(&self.position));
+        let part_number = invalid.check("#/part_number", PartNumber::admit(&self.part_number));
+        let serial_number = invalid.check("#/serial_number", SerialNumber::admit(&self.serial_number));
         let recorded_at = invalid.check("#/recorded_at", self.recorded_at.parse::<Timestamp>());
         let mask_id = invalid.check("#/mask_id", self.mask_id.parse());
         let upload = (|| {

@@ -6,7 +6,7 @@ use axum::{
     http::{StatusCode, header::CONTENT_TYPE},
     response::{IntoResponse, Response},
 };
-use domain::{TailNumber, Upload};
+use domain::{Invalid, TailNumber, Upload, json::without_mark};
 use proto::json::{self, Ingested, UploadAck, UploadBody};
 
 use super::{
@@ -56,7 +56,7 @@ pub async fn post(
         let results = ndjson::results(shared, caller, tail, body);
         return Ok(([(CONTENT_TYPE, NDJSON)], results).into_response());
     }
-    let upload = match read(&parts.headers, body).await {
+    let upload = match read(&shared, &parts.headers, body).await {
         Ok(bytes) => parse(&bytes, tail),
         Err(refusal) => Err(refusal),
     };
@@ -67,5 +67,11 @@ pub async fn post(
 }
 
 fn parse(bytes: &[u8], tail: TailNumber) -> Result<Upload, Refusal> {
-    Ok(json::parse::<UploadBody>(bytes)?.into_upload(tail)?)
+    let body = json::parse::<UploadBody>(bytes).map_err(|error| match without_mark(bytes).trim_ascii_start() {
+        [b'[', ..] => {
+            Refusal::from(Invalid::one("#", "a list: send one object, or many as application/x-ndjson, one per line"))
+        }
+        _ => error.into(),
+    })?;
+    Ok(body.into_upload(tail)?)
 }
