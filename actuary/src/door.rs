@@ -2,16 +2,20 @@
 
 use std::{
     net::{IpAddr, Ipv4Addr, SocketAddr},
+    num::NonZeroUsize,
     path::PathBuf,
     str::FromStr,
 };
 
 use anyhow::Result;
 use clap::{Args, builder::FalseyValueParser};
-use server::{Tls, TlsFiles};
+use server::{HostName, Tls, TlsFiles};
 use store::Store;
 
 use crate::{clock::Clock, exit::Failure};
+
+/// Connections at once, unless another number is asked for.
+const MAX_CONNECTIONS: NonZeroUsize = NonZeroUsize::new(server::MAX_CONNECTIONS).expect("it is not 0");
 
 /// Address, TLS and client certificates, as the command line says it.
 #[derive(Debug, Args)]
@@ -40,6 +44,13 @@ pub struct DoorArguments {
     /// Take callers from elsewhere without TLS, because something before the service does it.
     #[arg(long, env = "ACTUARY_PLAINTEXT", conflicts_with = "tls_cert", value_parser = FalseyValueParser::new())]
     plaintext: bool,
+    /// A name by which the service is called, with or without a port; may be given several times. Without any, every
+    /// name will do, once there are tokens or a client authority; before, those of this machine only.
+    #[arg(long = "host", env = "ACTUARY_HOSTS", value_name = "NAME", value_delimiter = ',')]
+    hosts: Vec<HostName>,
+    /// Connections at once; each may hold some 200 KB, and a file descriptor.
+    #[arg(long, env = "ACTUARY_MAX_CONNECTIONS", value_name = "NUMBER", default_value_t = MAX_CONNECTIONS)]
+    max_connections: NonZeroUsize,
 }
 
 /// An address that may lack its port.
@@ -65,6 +76,10 @@ pub struct Door {
     pub address: SocketAddr,
     /// With TLS or without.
     pub tls: Option<Tls>,
+    /// The names by which it is called where it asks who calls; none: by any.
+    pub hosts: Vec<HostName>,
+    /// Connections at once.
+    pub max_connections: NonZeroUsize,
 }
 
 impl DoorArguments {
@@ -85,14 +100,16 @@ impl DoorArguments {
             .into());
         }
         let tls = files.map(|files| Tls::load(files, clock)).transpose();
-        Ok(Door { address, tls: tls.map_err(|error| Failure::BadInput(error.to_string()))? })
+        let tls = tls.map_err(|error| Failure::BadInput(error.to_string()))?;
+        Ok(Door { address, tls, hosts: self.hosts, max_connections: self.max_connections })
     }
 }
 
 impl Door {
     /// A door that only this machine reaches.
     pub fn loopback(port: u16) -> Self {
-        Self { address: SocketAddr::from((Ipv4Addr::LOCALHOST, port)), tls: None }
+        let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
+        Self { address, tls: None, hosts: Vec::new(), max_connections: MAX_CONNECTIONS }
     }
 
     /// Refuses to let in callers from elsewhere as long as nothing tells them apart.

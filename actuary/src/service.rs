@@ -114,6 +114,8 @@ impl Service {
                 clock: clock.clone(),
                 stale_after: api.stale_after,
                 enrol: api.enrol,
+                hosts: api.door.hosts.clone(),
+                max_connections: api.door.max_connections.get(),
                 scorer: Arc::new(IssuedScorer),
                 metrics: metrics.clone(),
             };

@@ -93,8 +93,24 @@ pub const WORKER_RESTARTS: Metric = metric(
     "Parts of the worker that ended abnormally and were started again.",
 );
 
+/// Connections that are open.
+pub const CONNECTIONS: Metric = metric("connections_open", MetricKind::Gauge, "Connections that are open.");
+/// Connections that the service left by itself; label `reason`: `idle` (made room for another one), `full` (all others
+/// waited for the service), `stalled` (took nothing of its answers).
+pub const CONNECTIONS_LEFT: Metric =
+    metric("connections_left_total", MetricKind::Counter, "Connections that the service left by itself, by reason.");
+/// Requests that were refused because too many were under way.
+pub const REQUESTS_REFUSED: Metric = metric(
+    "requests_refused_total",
+    MetricKind::Counter,
+    "Requests that were refused because too many were under way.",
+);
+
 /// Every figure.
-pub const ALL: [Metric; 15] = [
+pub const ALL: [Metric; 18] = [
+    CONNECTIONS,
+    CONNECTIONS_LEFT,
+    REQUESTS_REFUSED,
     HTTP_REQUEST_SECONDS,
     GRPC_REQUEST_SECONDS,
     UPLOADS,

@@ -3,10 +3,13 @@
 use std::{any::Any, ops::Deref, sync::Arc, time::Duration};
 
 use axum::{
-    Extension, Json, Router,
-    body::Body,
-    extract::Request,
-    http::header::CONTENT_TYPE,
+    Extension, Router,
+    body::{Body, Bytes},
+    extract::{Request, State as Extract},
+    http::{
+        HeaderName, HeaderValue,
+        header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS},
+    },
     middleware::{self, Next},
     response::{IntoResponse, Response},
     routing::get,
@@ -18,11 +21,12 @@ use tower_http::catch_panic::CatchPanicLayer;
 
 use crate::{
     State,
-    auth::{self, Endpoint, GRPC, Gate},
+    auth::{self, Endpoint, GRPC, Gate, HostName},
     grpc,
     ingest::Masks,
+    intake::{Budget, messages},
     page, prometheus,
-    refusal::Refusal,
+    refusal::{Refusal, is_grpc},
     rest,
 };
 
@@ -37,6 +41,8 @@ pub struct Shared(Arc<Context>);
 pub struct Context {
     /// What is served from.
     pub state: State,
+    /// The room for bodies that are still coming in.
+    pub budget: Budget,
     /// Masks that were read before.
     pub masks: Masks,
     /// Cancelled when the service begins to stop: streams end then.
@@ -52,8 +58,9 @@ impl Deref for Shared {
 
 /// Everything that one port serves, until `stopping`; `closed` to callers that show nothing, whatever the store knows.
 pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> Router {
+    let hosts: Arc<[HostName]> = state.hosts.clone().into();
     let gate = Arc::new(Gate::new(state.store.clone(), state.clock.clone(), closed));
-    let shared = Shared(Arc::new(Context { state, masks: Masks::default(), stopping }));
+    let shared = Shared(Arc::new(Context { state, budget: Budget::default(), masks: Masks::default(), stopping }));
     let rest = routes()
         .0
         .method_not_allowed_fallback(|| async { Refusal::MethodNotAllowed })
@@ -64,10 +71,31 @@ pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> 
         .with_state(shared.clone());
     let grpc = grpc::routes(&shared)
         .await
+        .layer(middleware::from_fn_with_state(shared.clone(), bounded))
         .layer(middleware::from_fn(auth::grpc))
         .layer(CatchPanicLayer::custom(grpc_fault))
         .layer(middleware::from_fn(prometheus::time_grpc));
-    grpc.merge(rest).layer(Extension(gate))
+    let guarded = grpc.merge(rest).layer(middleware::from_fn_with_state(hosts, auth::door));
+    guarded.layer(middleware::map_response(careful)).layer(Extension(gate))
+}
+
+/// What of a gRPC call's messages is unfinished is bounded.
+async fn bounded(Extract(shared): Extract<Shared>, request: Request, next: Next) -> Response {
+    next.run(request.map(|body| messages(body, &shared.budget))).await
+}
+
+/// Tells browsers to take an answer for what it says it is, to show it in no frame, to load nothing for it unless it
+/// says more, and to tell nobody where it was read.
+async fn careful(mut response: Response) -> Response {
+    let rules: [(HeaderName, HeaderValue); 3] = [
+        (X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")),
+        (CONTENT_SECURITY_POLICY, HeaderValue::from_static("default-src 'none'; frame-ancestors 'none'")),
+        (REFERRER_POLICY, HeaderValue::from_static("same-origin")),
+    ];
+    for (name, rule) in rules {
+        response.headers_mut().entry(name).or_insert(rule);
+    }
+    response
 }
 
 /// All that can be called over REST and gRPC, and what it asks of its callers.
@@ -83,9 +111,10 @@ pub fn endpoints() -> Vec<Endpoint> {
 /// REST, its document, and the pages; what each asks of its callers.
 fn routes() -> (Router<Shared>, Vec<Endpoint>) {
     let (router, document, mut endpoints) = page::add(rest::router()).into_parts();
-    let document = Json(document);
+    // It is written once, not for each who asks.
+    let document = Bytes::from(serde_json::to_vec(&document).expect("documents have text keys only"));
     endpoints.push(Endpoint { method: "get", path: "/openapi.json".to_owned(), permission: None });
-    (router.route("/openapi.json", get(|| async move { document })), endpoints)
+    (router.route("/openapi.json", get(|| async move { ([(CONTENT_TYPE, "application/json")], document) })), endpoints)
 }
 
 async fn deadline(request: Request, next: Next) -> Response {
@@ -105,8 +134,7 @@ fn grpc_fault(_: Box<dyn Any + Send>) -> Response {
 }
 
 async fn nothing_here(request: Request) -> Response {
-    let content_type = request.headers().get(CONTENT_TYPE);
-    if content_type.is_some_and(|value| value.as_bytes().starts_with(b"application/grpc")) {
+    if is_grpc(request.headers()) {
         return Status::unimplemented("there is no such service").into_http::<Body>();
     }
     Refusal::NotFound(format!("there is nothing at {}: see /openapi.json", request.uri().path())).into_response()

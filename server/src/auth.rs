@@ -12,10 +12,12 @@ mod credential;
 mod gate;
 mod guard;
 mod guarded;
+mod host;
 
 pub use caller::{Caller, admitted};
 pub use certificate::{ClientCertificate, Peer, bearer};
 pub use credential::{Credential, Unauthenticated};
 pub use gate::Gate;
-pub use guard::{GRPC, grpc};
+pub use guard::{GRPC, door, grpc, is_probe};
 pub use guarded::{Endpoint, Guarded};
+pub use host::{HostName, NoHostName};

@@ -14,13 +14,17 @@
 mod answer;
 mod app;
 mod auth;
+mod connections;
 mod csv;
 mod cursor;
 mod due;
 mod grpc;
 mod history;
 mod ingest;
+mod intake;
+mod lines;
 mod ndjson;
+mod outgoing;
 mod page;
 mod parameters;
 mod prometheus;
@@ -36,12 +40,15 @@ use domain::Timestamp;
 use store::Store;
 
 pub use app::{endpoints, router};
-pub use auth::Endpoint;
+pub use auth::{Endpoint, HostName, NoHostName};
 pub use prometheus::{Metrics, NoRecorder};
 pub use rest::Probed;
 pub use scoreboard::Scorer;
 pub use serve::{serve, serve_probes, serve_tls};
 pub use tls::{Tls, TlsError, TlsFiles};
+
+/// Places for connections, unless another number was asked for.
+pub const MAX_CONNECTIONS: usize = 512;
 
 /// Tells the present.
 pub type Clock = Arc<dyn Fn() -> Timestamp + Send + Sync>;
@@ -57,6 +64,10 @@ pub struct State {
     pub stale_after: Duration,
     /// Whether an upload enrols a tail, position or component that is not known yet.
     pub enrol: bool,
+    /// The names by which the service is called where it asks who calls; none: by any.
+    pub hosts: Vec<HostName>,
+    /// Places for connections.
+    pub max_connections: usize,
     /// Judges the forecasts of lives that have finished.
     pub scorer: Arc<dyn Scorer>,
     /// What is told on `/metrics`.

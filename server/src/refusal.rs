@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use axum::{
     Json,
+    body::Body,
     http::{
-        HeaderValue, StatusCode,
+        HeaderMap, HeaderValue, StatusCode,
         header::{CONTENT_TYPE, RETRY_AFTER, WWW_AUTHENTICATE},
     },
     response::{IntoResponse, Response},
@@ -45,6 +46,12 @@ pub enum Refusal {
     /// It is known who calls, and that they may not.
     #[error("{0}")]
     Forbidden(String),
+    /// It was meant for another host.
+    #[error("this service is not called so: {}", names(*open))]
+    Misdirected {
+        /// Whether the service asks nobody who calls.
+        open: bool,
+    },
     /// There is no such thing.
     #[error("{0}")]
     NotFound(String),
@@ -84,6 +91,21 @@ pub enum Refusal {
     Internal,
 }
 
+/// By which names a service is called.
+fn names(open: bool) -> &'static str {
+    match open {
+        true => "without tokens it answers to localhost, 127.0.0.1 and [::1] only",
+        false => "it answers to the names that --host gave it",
+    }
+}
+
+/// Whether a request is a gRPC call.
+pub fn is_grpc(headers: &HeaderMap) -> bool {
+    let given = headers.get(CONTENT_TYPE).map_or(&[][..], HeaderValue::as_bytes);
+    let rest = given.strip_prefix(b"application/grpc");
+    rest.is_some_and(|rest| rest.first().is_none_or(|next| b"+; ".contains(next)))
+}
+
 fn named(errors: &[FieldError]) -> String {
     let one = |e: &FieldError| format!("{}: {}", e.parameter.as_deref().unwrap_or_default(), e.detail);
     errors.iter().map(one).collect::<Vec<_>>().join("; ")
@@ -102,6 +124,7 @@ impl Refusal {
             Self::Invalid(_) | Self::Parameters(_) => StatusCode::UNPROCESSABLE_ENTITY,
             Self::Unauthenticated(_) => StatusCode::UNAUTHORIZED,
             Self::Forbidden(_) => StatusCode::FORBIDDEN,
+            Self::Misdirected { .. } => StatusCode::MISDIRECTED_REQUEST,
             Self::NotFound(_) => StatusCode::NOT_FOUND,
             Self::MethodNotAllowed => StatusCode::METHOD_NOT_ALLOWED,
             Self::Conflict(_) | Self::Contradiction(_) => StatusCode::CONFLICT,
@@ -111,6 +134,20 @@ impl Refusal {
             Self::Unavailable(_) => StatusCode::SERVICE_UNAVAILABLE,
             Self::Internal => StatusCode::INTERNAL_SERVER_ERROR,
         }
+    }
+
+    /// The answer to a request, in the words of its transport.
+    pub fn answer(self, grpc: bool) -> Response {
+        if !grpc {
+            return self.into_response();
+        }
+        let misdirected = matches!(self, Self::Misdirected { .. });
+        let mut response = Status::from(self).into_http::<Body>();
+        if misdirected {
+            // Proxies between have to know it, too.
+            *response.status_mut() = StatusCode::MISDIRECTED_REQUEST;
+        }
+        response
     }
 
     /// The problem document.
@@ -157,7 +194,9 @@ impl Refusal {
     fn code(&self) -> Code {
         match self {
             Self::Malformed(_) | Self::Invalid(_) | Self::Parameters(_) => Code::InvalidArgument,
-            Self::TooLarge { .. } | Self::UnsupportedMediaType { .. } | Self::Interrupted => Code::InvalidArgument,
+            Self::TooLarge { .. } | Self::UnsupportedMediaType { .. } => Code::InvalidArgument,
+            Self::Interrupted => Code::DeadlineExceeded,
+            Self::Misdirected { .. } => Code::FailedPrecondition,
             Self::Unauthenticated(_) => Code::Unauthenticated,
             Self::Forbidden(_) => Code::PermissionDenied,
             Self::NotFound(_) => Code::NotFound,

@@ -1,12 +1,17 @@
 //! From a listener to answered connections, and an end within a bounded time.
 
-use std::{io, net::SocketAddr, sync::Arc, time::Duration};
+use std::{convert::Infallible, io, net::SocketAddr, sync::Arc, time::Duration};
 
-use axum::{Extension, Router};
+use axum::{
+    Router,
+    body::{Body, HttpBody},
+    extract::Request,
+    response::Response,
+};
+use hyper::{body::Incoming, service::service_fn};
 use hyper_util::{
     rt::{TokioExecutor, TokioIo, TokioTimer},
     server::{conn::auto, graceful::GracefulShutdown},
-    service::TowerToHyperService,
 };
 use tokio::{
     io::{AsyncBufReadExt, AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, BufReader},
@@ -16,11 +21,14 @@ use tokio::{
 };
 use tokio_rustls::server::TlsStream;
 use tokio_util::sync::CancellationToken;
-use tower::Layer;
+use tower::ServiceExt;
 
 use crate::{
     Metrics, Probed, State, app,
-    auth::{ClientCertificate, Peer},
+    auth::{ClientCertificate, Peer, is_probe},
+    connections::{Connections, Place, Taken},
+    outgoing::Outgoing,
+    refusal::{Refusal, is_grpc},
     rest,
     tls::{self, Tls},
 };
@@ -35,7 +43,16 @@ const FAREWELL: Duration = Duration::from_secs(1);
 const PING_INTERVAL: Duration = Duration::from_secs(30);
 /// How long answers under way may take after the stop.
 const DRAIN: Duration = Duration::from_secs(5);
-/// How often what was recorded is sorted, whether or not anybody asks for it.
+/// What is held of a connection of HTTP/1 on its way in, and on its way out; a header is no longer.
+const BUFFER_BYTES: usize = 64 << 10;
+/// What a client may send of one request of HTTP/2 before it is read, and of all requests of its connection: one that
+/// is not read must not keep the others waiting.
+const WINDOW_BYTES: (u32, u32) = (64 << 10, 192 << 10);
+/// Requests of one connection of HTTP/2 at once.
+const MAX_STREAMS: u32 = 100;
+/// Places for connections where nothing but probes is answered.
+const MAX_PROBING: usize = 64;
+/// How often what was recorded is sorted, whether or not anybody asks for it, and clients that read nothing are left.
 const UPKEEP: Duration = Duration::from_secs(5);
 /// How often it is seen whether the files of TLS have changed.
 const TLS_REFRESH: Duration = Duration::from_secs(1);
@@ -56,26 +73,32 @@ pub async fn serve_tls(listener: TcpListener, tls: Tls, state: State, shutdown: 
 
 async fn serve_all(listener: TcpListener, tls: Option<Tls>, state: State, shutdown: impl Future<Output = ()>) {
     let stopping = CancellationToken::new();
-    let metrics = state.metrics.clone();
+    let (metrics, places) = (state.metrics.clone(), state.max_connections);
     let closed = tls.as_ref().is_some_and(Tls::knows_clients);
     let router = app::router(state, closed, stopping.clone()).await;
-    answer(listener, tls, router, metrics, stopping, shutdown).await;
+    let connections = Connections::new(places);
+    answer(Listening { listener, tls, router, connections, metrics }, stopping, shutdown).await;
 }
 
 /// Serves the probes of a process and nothing else, in the same manner.
 pub async fn serve_probes(listener: TcpListener, probed: Probed, shutdown: impl Future<Output = ()>) {
     let metrics = probed.metrics.clone();
-    answer(listener, None, rest::probes(probed), metrics, CancellationToken::new(), shutdown).await;
+    let (router, connections) = (rest::probes(probed), Connections::new(MAX_PROBING));
+    let listening = Listening { listener, tls: None, router, connections, metrics };
+    answer(listening, CancellationToken::new(), shutdown).await;
 }
 
-async fn answer(
+/// What answers, and where.
+struct Listening {
     listener: TcpListener,
     tls: Option<Tls>,
     router: Router,
+    connections: Connections,
     metrics: Metrics,
-    stopping: CancellationToken,
-    shutdown: impl Future<Output = ()>,
-) {
+}
+
+async fn answer(listening: Listening, stopping: CancellationToken, shutdown: impl Future<Output = ()>) {
+    let Listening { listener, tls, router, connections: places, metrics } = listening;
     let mut upkeep = tokio::time::interval(UPKEEP);
     let mut refresh = tokio::time::interval(TLS_REFRESH);
     let graceful = GracefulShutdown::new();
@@ -86,12 +109,15 @@ async fn answer(
         tokio::select! {
             () = &mut shutdown => break,
             accepted = listener.accept() => match accepted {
-                Ok((stream, peer)) => {
-                    connections.spawn(door.clone().welcome(stream, peer, graceful.watcher()));
-                }
+                Ok((stream, peer)) => if let Some(place) = places.enter() {
+                    connections.spawn(door.clone().welcome(stream, peer, place, graceful.watcher()));
+                },
                 Err(error) => pause_after(&error).await,
             },
-            _ = upkeep.tick() => metrics.upkeep(),
+            _ = upkeep.tick() => {
+                metrics.upkeep();
+                places.leave_stalled();
+            }
             _ = refresh.tick(), if tls.is_some() => {
                 let tls = tls.clone();
                 tokio::task::spawn_blocking(move || tls.iter().for_each(Tls::refresh));
@@ -110,8 +136,11 @@ async fn answer(
 
 fn builder() -> auto::Builder<TokioExecutor> {
     let mut builder = auto::Builder::new(TokioExecutor::new());
-    builder.http1().timer(TokioTimer::new()).header_read_timeout(HEADER_TIMEOUT);
-    builder.http2().timer(TokioTimer::new()).keep_alive_interval(PING_INTERVAL).keep_alive_timeout(HEADER_TIMEOUT);
+    builder.http1().timer(TokioTimer::new()).header_read_timeout(HEADER_TIMEOUT).max_buf_size(BUFFER_BYTES);
+    let mut http2 = builder.http2();
+    http2.timer(TokioTimer::new()).keep_alive_interval(PING_INTERVAL).keep_alive_timeout(HEADER_TIMEOUT);
+    http2.initial_stream_window_size(WINDOW_BYTES.0).initial_connection_window_size(WINDOW_BYTES.1);
+    http2.max_concurrent_streams(MAX_STREAMS).max_send_buf_size(BUFFER_BYTES);
     builder
 }
 
@@ -127,13 +156,21 @@ struct Door {
 }
 
 impl Door {
-    /// Answers a connection until its end.
-    async fn welcome(self, stream: TcpStream, address: SocketAddr, watcher: Watcher) {
+    /// Answers a connection until its end, or until it is left.
+    async fn welcome(self, stream: TcpStream, address: SocketAddr, place: Place, watcher: Watcher) {
+        let taken = Taken(place.clone());
+        tokio::select! {
+            () = self.talk(stream, address, place, watcher) => {}
+            () = taken.0.left() => {}
+        }
+    }
+
+    async fn talk(self, stream: TcpStream, address: SocketAddr, place: Place, watcher: Watcher) {
         // Small answers must not wait for each other's acknowledgement.
         let _ = stream.set_nodelay(true);
         let stopping = self.stopping.clone();
         let Some(tls) = self.tls.clone() else {
-            return self.attend(stream, Peer(None), watcher).await;
+            return self.attend(place.watch(stream), Peer(None), place, watcher).await;
         };
         let shaken = tokio::select! {
             shaken = shake_hands(&tls, stream, address) => shaken,
@@ -142,11 +179,14 @@ impl Door {
         if let Some(stream) = shaken {
             let chain = stream.get_ref().1.peer_certificates().unwrap_or_default();
             let peer = Peer(ClientCertificate::new(chain, tls).map(Arc::new));
-            self.attend(stream, peer, watcher).await;
+            self.attend(place.watch(stream), peer, place, watcher).await;
         }
     }
 
-    async fn attend(self, stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static, peer: Peer, watcher: Watcher) {
+    async fn attend<S>(self, stream: S, peer: Peer, place: Place, watcher: Watcher)
+    where
+        S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+    {
         let mut stream = BufReader::new(stream);
         // The protocol is told by the first bytes, and no header time-out runs before it is known.
         let begun = tokio::select! {
@@ -156,12 +196,35 @@ impl Door {
         if !begun {
             return;
         }
-        let service = TowerToHyperService::new(Extension(peer).layer(self.router));
+        let router = self.router;
+        let service = service_fn(move |request| respond(router.clone(), request, peer.clone(), place.clone()));
         let serving = self.builder.serve_connection(TokioIo::new(stream), service).into_owned();
         if let Err(error) = watcher.watch(serving).await {
             tracing::debug!(error, "a connection ended abnormally");
         }
     }
+}
+
+/// The answer to a request, if there is room for it; whoever keeps the service alive is always answered.
+async fn respond(
+    router: Router,
+    request: Request<Incoming>,
+    peer: Peer,
+    place: Place,
+) -> Result<Response<Outgoing>, Infallible> {
+    let mut request = request.map(|body| Body::new(place.arriving(body)));
+    request.extensions_mut().insert(peer);
+    let grpc = is_grpc(request.headers());
+    let mut ticket = place.request(is_probe(request.uri().path()));
+    let mut response = match ticket.admitted {
+        true => router.oneshot(request).await?,
+        false => Refusal::Unavailable("too many requests are under way".to_owned()).answer(grpc),
+    };
+    let bytes = response.body().size_hint().exact().unwrap_or_default();
+    if let Err(refusal) = ticket.hold(bytes as usize) {
+        response = refusal.answer(grpc);
+    }
+    Ok(response.map(|body| Outgoing::new(body, ticket)))
 }
 
 /// The connection behind a handshake. A client whose certificate is refused is told why before it is left, and so is

@@ -69,7 +69,7 @@ impl Gate {
     }
 
     /// Whether everyone is let in, because nobody could be told apart.
-    async fn is_open(&self) -> Result<bool, Refusal> {
+    pub async fn is_open(&self) -> Result<bool, Refusal> {
         if self.closed.load(Ordering::Relaxed) {
             return Ok(false);
         }

@@ -1,13 +1,14 @@
-//! What stands before a route, and before a gRPC method: nobody passes who may not.
+//! What stands before a route, and before a gRPC method: nobody passes who may not, and nothing that a page of another
+//! site made a browser do.
 
 use std::sync::Arc;
 
 use axum::{
     body::Body,
-    extract::{FromRequestParts, RawPathParams, Request},
+    extract::{FromRequestParts, RawPathParams, Request, State as Extract},
     http::{
-        Extensions, HeaderMap, Method,
-        header::{HOST, ORIGIN},
+        Extensions, HeaderMap, HeaderValue, Method,
+        header::{CACHE_CONTROL, CONTENT_TYPE, ORIGIN},
         request::Parts,
     },
     middleware::Next,
@@ -16,8 +17,13 @@ use axum::{
 use domain::Permission;
 use tonic::Status;
 
-use super::{Caller, Credential, Gate};
-use crate::refusal::Refusal;
+use super::{Caller, Credential, Gate, HostName};
+use crate::refusal::{Refusal, is_grpc};
+
+/// What is for whoever keeps the service alive, by whatever name they call it.
+const PROBES: [&str; 4] = ["/healthz", "/readyz", "/version", "/metrics"];
+/// Answers about an operator's data are for the caller alone, and asked for again each time.
+const PRIVATE: HeaderValue = HeaderValue::from_static("private, no-cache");
 
 /// What each gRPC method asks of its callers; an aircraft's uploads are judged by the tail that they name.
 pub const GRPC: &[(&str, Permission)] = &[
@@ -32,17 +38,51 @@ pub const GRPC: &[(&str, Permission)] = &[
     ("/actuary.v1.Models/GetMask", Permission::ReadModels),
 ];
 
-/// Lets a REST call or a page through with its caller, or refuses it.
-pub async fn rest(permission: Permission, request: Request, next: Next) -> Response {
-    let (mut parts, body) = request.into_parts();
-    match pass(permission, &mut parts).await {
-        Ok(()) => next.run(Request::from_parts(parts, body)).await,
-        Err(refusal) => refusal.into_response(),
+/// Whether this is for whoever keeps the service alive.
+pub fn is_probe(path: &str) -> bool {
+    PROBES.contains(&path)
+}
+
+/// Lets through what is meant for this service and was not made by a page of another site: before REST, gRPC and pages
+/// alike. A service that asks nobody who calls is called by the names of this machine only; any other one by the names
+/// that were given to it.
+pub async fn door(Extract(hosts): Extract<Arc<[HostName]>>, request: Request, next: Next) -> Response {
+    let called = HostName::called(request.uri(), request.headers());
+    let judged = match is_probe(request.uri().path()) {
+        true => Ok(()),
+        false => match gate(request.extensions()) {
+            Ok(gate) => gate.is_open().await.and_then(|open| meant(called.as_ref(), open, &hosts)),
+            Err(refusal) => Err(refusal),
+        },
+    };
+    match judged.and_then(|()| from_here(request.method(), request.headers(), called.as_ref())) {
+        Ok(()) => next.run(request).await,
+        Err(refusal) => refusal.answer(is_grpc(request.headers())),
     }
 }
 
+/// Refuses what calls another name than those of the service.
+fn meant(called: Option<&HostName>, open: bool, hosts: &[HostName]) -> Result<(), Refusal> {
+    let meant = match (called, open) {
+        (None, _) => false,
+        (Some(called), true) => called.is_loopback(),
+        (Some(called), false) => hosts.is_empty() || hosts.iter().any(|host| host.covers(called)),
+    };
+    meant.then_some(()).ok_or(Refusal::Misdirected { open })
+}
+
+/// Lets a REST call or a page through with its caller, or refuses it.
+pub async fn rest(permission: Permission, request: Request, next: Next) -> Response {
+    let (mut parts, body) = request.into_parts();
+    let mut response = match pass(permission, &mut parts).await {
+        Ok(()) => next.run(Request::from_parts(parts, body)).await,
+        Err(refusal) => refusal.into_response(),
+    };
+    response.headers_mut().insert(CACHE_CONTROL, PRIVATE);
+    response
+}
+
 async fn pass(permission: Permission, parts: &mut Parts) -> Result<(), Refusal> {
-    from_here(&parts.method, &parts.headers)?;
     let caller = caller(&parts.headers, &parts.extensions).await?;
     caller.must(permission)?;
     let path = RawPathParams::from_request_parts(parts, &()).await;
@@ -56,6 +96,11 @@ async fn pass(permission: Permission, parts: &mut Parts) -> Result<(), Refusal> 
 /// Lets a gRPC call through with its caller, or refuses it. Calls of other services pass: health and reflection ask for
 /// no caller, and a method that is not in the table finds none.
 pub async fn grpc(mut request: Request, next: Next) -> Response {
+    if !is_grpc(request.headers()) {
+        let given = request.headers().get(CONTENT_TYPE).map_or("", |given| given.to_str().unwrap_or_default());
+        let given = given.chars().take(100).collect();
+        return Refusal::UnsupportedMediaType { given, wanted: "application/grpc" }.into_response();
+    }
     let path = request.uri().path();
     if let Some((_, permission)) = GRPC.iter().find(|(method, _)| *method == path) {
         let passed = caller(request.headers(), request.extensions()).await;
@@ -68,20 +113,23 @@ pub async fn grpc(mut request: Request, next: Next) -> Response {
 }
 
 async fn caller(headers: &HeaderMap, extensions: &Extensions) -> Result<Caller, Refusal> {
-    let Some(gate) = extensions.get::<Arc<Gate>>() else {
+    Caller::identify(gate(extensions)?.clone(), Credential::of(headers, extensions)).await
+}
+
+fn gate(extensions: &Extensions) -> Result<&Arc<Gate>, Refusal> {
+    extensions.get().ok_or_else(|| {
         tracing::error!("a guard finds no gate");
-        return Err(Refusal::Internal);
-    };
-    Caller::identify(gate.clone(), Credential::of(headers, extensions)).await
+        Refusal::Internal
+    })
 }
 
 /// Refuses what a page from elsewhere makes a browser do: it would send along the password that it remembers.
-fn from_here(method: &Method, headers: &HeaderMap) -> Result<(), Refusal> {
+fn from_here(method: &Method, headers: &HeaderMap, called: Option<&HostName>) -> Result<(), Refusal> {
     let text = |name: &str| headers.get(name).map(|value| String::from_utf8_lossy(value.as_bytes()).into_owned());
     let from_here = match (text("sec-fetch-site"), text(ORIGIN.as_str())) {
         _ if method.is_safe() => true,
         (Some(site), _) => site == "same-origin" || site == "none",
-        (None, Some(origin)) => origin.split_once("://").map(|(_, host)| host) == text(HOST.as_str()).as_deref(),
+        (None, Some(origin)) => called.is_some_and(|called| called.is_origin(&origin)),
         (None, None) => true,
     };
     from_here.then_some(()).ok_or_else(|| Refusal::Forbidden("pages of other sites may not change anything".to_owned()))
@@ -113,7 +161,8 @@ mod tests {
     fn pages_of_other_sites_change_nothing() {
         let judge = |method: Method, headers: &[(&'static str, &str)]| {
             let headers = headers.iter().map(|(name, value)| (name.parse().unwrap(), value.parse().unwrap()));
-            from_here(&method, &HeaderMap::from_iter(headers)).is_ok()
+            let headers = HeaderMap::from_iter(headers);
+            from_here(&method, &headers, HostName::called(&"/".parse().unwrap(), &headers).as_ref()).is_ok()
         };
         let host = ("host", "health.example:8443");
         assert!(judge(Method::POST, &[host]));
@@ -123,6 +172,19 @@ mod tests {
         assert!(!judge(Method::POST, &[host, ("sec-fetch-site", "cross-site")]));
         assert!(!judge(Method::POST, &[host, ("sec-fetch-site", "same-site")]));
         assert!(!judge(Method::POST, &[host, ("origin", "https://elsewhere.example")]));
+        assert!(!judge(Method::POST, &[host, ("origin", "https://health.example")]), "another port");
         assert!(!judge(Method::DELETE, &[host, ("origin", "null")]));
+    }
+
+    #[test]
+    fn a_service_is_called_by_its_names() {
+        let names = |names: &[&str]| names.iter().map(|name| name.parse().unwrap()).collect::<Vec<HostName>>();
+        let judge =
+            |called: &str, open, hosts: &[&str]| meant(called.parse().ok().as_ref(), open, &names(hosts)).is_ok();
+        assert!(judge("localhost:8080", true, &[]) && !judge("evil.example:8080", true, &[]));
+        assert!(!judge("health.example", true, &["health.example"]), "who asks nobody is called on the machine itself");
+        assert!(judge("whatever.example", false, &[]), "no name was given");
+        assert!(judge("health.example:8443", false, &["health.example"]));
+        assert!(!judge("evil.example", false, &["health.example"]) && !judge("", false, &[]));
     }
 }

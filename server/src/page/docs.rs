@@ -1,8 +1,12 @@
 //! The interface described for people: Swagger UI, from files inside the binary.
 
-use std::sync::{Arc, LazyLock};
+use std::{
+    borrow::Cow,
+    sync::{Arc, LazyLock},
+};
 
 use axum::{
+    body::Bytes,
     http::{
         HeaderName,
         header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE},
@@ -50,5 +54,9 @@ fn file(name: &str) -> Result<Response, Refusal> {
     let file = found.ok_or_else(|| Refusal::NotFound("the interface's description has no such file".to_owned()))?;
     let headers: [(HeaderName, String); 2] =
         [(CONTENT_TYPE, file.content_type), (CONTENT_SECURITY_POLICY, POLICY.to_owned())];
-    Ok((headers, file.bytes.into_owned()).into_response())
+    let bytes = match file.bytes {
+        Cow::Borrowed(bytes) => Bytes::from_static(bytes),
+        Cow::Owned(bytes) => bytes.into(),
+    };
+    Ok((headers, bytes).into_response())
 }

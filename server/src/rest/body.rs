@@ -1,12 +1,12 @@
 //! Bodies on their way in: of a type that is read, and no longer than allowed.
 
 use axum::{
-    body::{Body, Bytes, to_bytes},
+    body::{Body, Bytes},
     http::header::{CONTENT_ENCODING, CONTENT_LENGTH, CONTENT_TYPE, HeaderMap},
 };
-use http_body_util::LengthLimitError;
+use bytes::BytesMut;
 
-use crate::refusal::Refusal;
+use crate::{app::Shared, intake::Intake, refusal::Refusal};
 
 /// Largest body that is one JSON document.
 pub const MAX_UPLOAD_BYTES: usize = 256 << 10;
@@ -31,14 +31,20 @@ pub fn media_type(headers: &HeaderMap, known: &[&'static str], wanted: &'static 
 }
 
 /// The bytes of a body of at most [`MAX_UPLOAD_BYTES`].
-pub async fn read(headers: &HeaderMap, body: Body) -> Result<Bytes, Refusal> {
-    let too_large = Refusal::TooLarge { limit_bytes: MAX_UPLOAD_BYTES };
+pub async fn read(shared: &Shared, headers: &HeaderMap, body: Body) -> Result<Bytes, Refusal> {
+    let too_large = || Refusal::TooLarge { limit_bytes: MAX_UPLOAD_BYTES };
     let announced = headers.get(CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
     if announced.is_some_and(|length| length > MAX_UPLOAD_BYTES as u64) {
-        return Err(too_large);
+        return Err(too_large());
     }
-    to_bytes(body, MAX_UPLOAD_BYTES).await.map_err(|error| {
-        let limited = std::error::Error::source(&error).is_some_and(|source| source.is::<LengthLimitError>());
-        if limited { too_large } else { Refusal::Interrupted }
-    })
+    let mut intake = Intake::new(body, &shared.budget);
+    let mut whole = BytesMut::new();
+    while let Some(part) = intake.next().await? {
+        if whole.len() + part.len() > MAX_UPLOAD_BYTES {
+            return Err(too_large());
+        }
+        whole.extend_from_slice(&part);
+        intake.hold(whole.len())?;
+    }
+    Ok(whole.freeze())
 }

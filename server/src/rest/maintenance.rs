@@ -64,8 +64,9 @@ pub async fn post(
     request: Request,
 ) -> Result<Response, Refusal> {
     let (parts, body) = request.into_parts();
+    position.must_be_clear().map_err(|error| Refusal::parameter("position", error.to_string()))?;
     media_type(&parts.headers, &[JSON], JSON)?;
-    let body: MaintenanceBody = json::parse(&read(&parts.headers, body).await?)?;
+    let body: MaintenanceBody = json::parse(&read(&shared, &parts.headers, body).await?)?;
     let now = (shared.state.clock)();
     let event = body.into_event(tail, position, now)?;
     let component = event.component(caller.operator());

@@ -106,11 +106,11 @@ impl IntoResponses for Probing {
     }
 }
 
-/// How those are refused who are not known, or may not.
+/// How those are refused who are not known, may not, or mean another service.
 pub fn refused(permission: Permission) -> Responses {
     let words = permission.words();
     let scope = Refusal::Forbidden(format!("callers of this scope may not {words}"));
-    documented([Refusal::Unauthenticated(Unauthenticated::Missing), scope])
+    documented([Refusal::Unauthenticated(Unauthenticated::Missing), scope, Refusal::Misdirected { open: true }])
 }
 
 fn not_found() -> Refusal {
@@ -155,6 +155,7 @@ fn meaning(status: StatusCode) -> &'static str {
         StatusCode::BAD_REQUEST => "The body is not JSON",
         StatusCode::UNAUTHORIZED => "It is not known who calls",
         StatusCode::FORBIDDEN => "The caller may not",
+        StatusCode::MISDIRECTED_REQUEST => "The service is not called by this name",
         StatusCode::NOT_FOUND => "There is no such thing",
         StatusCode::REQUEST_TIMEOUT => "The body ended early or took too long",
         StatusCode::CONFLICT => "It contradicts what is stored; nothing was changed",

@@ -72,7 +72,7 @@ pub async fn post(
 ) -> Result<Response, Refusal> {
     let (parts, body) = request.into_parts();
     media_type(&parts.headers, &[JSON], JSON)?;
-    let body: SensorConfigurationBody = json::parse(&read(&parts.headers, body).await?)?;
+    let body: SensorConfigurationBody = json::parse(&read(&shared, &parts.headers, body).await?)?;
     let (effective_from, configuration) = body.checked()?;
     let state = &shared.state;
     if !state.enrol {

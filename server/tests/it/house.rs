@@ -23,7 +23,11 @@ use serde_json::{Value, json};
 use server::{Metrics, Scorer, Tls, TlsFiles};
 use store::{Completion, IssuedLife, LifeInputs, LifeResults, Options, Revocation, Store, TokenRecord};
 use tempfile::TempDir;
-use tokio::{net::TcpListener, sync::oneshot, task::JoinHandle};
+use tokio::{
+    net::{TcpListener, TcpStream},
+    sync::oneshot,
+    task::JoinHandle,
+};
 use tonic::transport::{Channel, Endpoint};
 
 pub const START: &str = "2026-03-01T12:00:00Z";
@@ -111,7 +115,27 @@ impl House {
         Self::behind(true, Options::default(), Some(files)).await
     }
 
+    /// A house that is called by names of its own.
+    pub async fn called(hosts: &[&str]) -> Self {
+        Self::furnish(true, Options::default(), None, hosts, server::MAX_CONNECTIONS).await
+    }
+
+    /// A house with so many places for connections.
+    pub async fn with_places(places: usize) -> Self {
+        Self::furnish(true, Options::default(), None, &[], places).await
+    }
+
     async fn behind(enrol: bool, options: Options, files: Option<TlsFiles>) -> Self {
+        Self::furnish(enrol, options, files, &[], server::MAX_CONNECTIONS).await
+    }
+
+    async fn furnish(
+        enrol: bool,
+        options: Options,
+        files: Option<TlsFiles>,
+        hosts: &[&str],
+        max_connections: usize,
+    ) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let url = format!("sqlite:{}", folder.path().join("actuary.db").display());
         let store = Store::open(&url, options).await.unwrap();
@@ -138,6 +162,8 @@ impl House {
             clock,
             stale_after: Duration::from_secs(30 * 86_400),
             enrol,
+            hosts: hosts.iter().map(|host| host.parse().unwrap()).collect(),
+            max_connections,
             scorer: Arc::new(Counter),
             metrics: METRICS.clone(),
         };
@@ -202,6 +228,11 @@ impl House {
     pub async fn stop(mut self) {
         self.stop.take().unwrap().send(()).unwrap();
         self.serving.await.unwrap();
+    }
+
+    /// A connection on which nothing was said.
+    pub async fn dial(&self) -> TcpStream {
+        TcpStream::connect(self.url.split_once("://").unwrap().1).await.unwrap()
     }
 
     pub async fn channel(&self) -> Channel {

@@ -2,6 +2,7 @@
 
 mod answers;
 mod bad_input;
+mod broken;
 mod callers;
 mod components;
 mod corrections;
@@ -11,6 +12,7 @@ mod house;
 mod interface;
 mod log;
 mod maintenance;
+mod neighbours;
 mod pages;
 mod secrets;
 mod stop;

@@ -8,7 +8,8 @@ use std::{
 use axum::{
     Router,
     body::{Body, Bytes},
-    http::{HeaderMap, Request, StatusCode},
+    http::{HeaderMap, HeaderValue, Request, StatusCode, header::HOST},
+    middleware::map_request,
 };
 use domain::{Actor, Scoreboard};
 use http_body_util::BodyExt;
@@ -51,6 +52,12 @@ impl Bundle {
     pub fn all() -> &'static [Self; 2] {
         &BUNDLES
     }
+}
+
+/// Requests of this process name the machine, as every client does.
+async fn call_locally(mut request: Request<Body>) -> Request<Body> {
+    request.headers_mut().entry(HOST).or_insert(HeaderValue::from_static("localhost"));
+    request
 }
 
 /// A service on a database.
@@ -103,10 +110,12 @@ impl Service {
             clock: clock.asked(),
             stale_after: Duration::from_secs(STALE_AFTER_DAYS * 86_400),
             enrol: true,
+            hosts: Vec::new(),
+            max_connections: server::MAX_CONNECTIONS,
             scorer: Arc::new(Unjudged),
             metrics: METRICS.clone(),
         };
-        let router = server::router(state, false, CancellationToken::new()).await;
+        let router = server::router(state, false, CancellationToken::new()).await.layer(map_request(call_locally));
         Self { running: Some(Running { store, router }) }
     }
 
