@@ -11,7 +11,10 @@ pub struct Violation {
     pub detail: String,
 }
 
-/// A well-formed but unacceptable input: every violation that was found.
+/// More violations are not told: an answer must not be larger than what was asked.
+const MAX_TOLD: usize = 50;
+
+/// A well-formed but unacceptable input: every violation that was found, up to fifty.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Invalid {
     /// The violations, in the order of the fields.
@@ -26,9 +29,11 @@ impl Invalid {
         invalid
     }
 
-    /// Adds a violation.
+    /// Adds a violation, unless there are fifty.
     pub fn push(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
-        self.violations.push(Violation { pointer: pointer.into(), detail: detail.into() });
+        if self.violations.len() < MAX_TOLD {
+            self.violations.push(Violation { pointer: pointer.into(), detail: detail.into() });
+        }
     }
 
     /// Keeps the value of a parse, or records its rejection under `pointer`.

@@ -1,8 +1,8 @@
 //! JSON read strictly where a slip would be taken for something else, and kindly where it cannot be.
 //!
-//! serde would take a list for an object, field by field in their order: here an object is an object. A whole number may
-//! be written with a point or an exponent, 12.0 or 1.2e1, as JSON Schema has it; where it is not whole, or too large for
-//! a double to be sure, it is refused. A byte order mark before the text is skipped. Keys that are given twice are
+//! serde would take a list for an object, field by field in their order: here an object is an object. A whole number
+//! may be written with a point or an exponent, 12.0 or 1.2e1, as JSON Schema has it; where it is not whole, or too large
+//! for a double to be sure, it is refused. A byte order mark before the text is skipped. Keys that are given twice are
 //! refused, as derived types do.
 
 use std::fmt;
@@ -258,7 +258,7 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Whole<V> {
 mod tests {
     use std::collections::BTreeMap;
 
-    use proptest::prelude::*;
+    use proptest::{collection::vec, prelude::*};
     use serde::{Deserialize, Serialize};
 
     use super::*;
@@ -338,7 +338,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_is_read(count: u32, signed: Option<i64>, xs in prop::collection::vec(-1e300..1e300_f64, 0..4)) {
+        fn what_is_written_is_read(count: u32, signed: Option<i64>, xs in vec(-1e300..1e300_f64, 0..4)) {
             let list = || xs.iter().map(|&x| Inner { x });
             let outer = Outer {
                 count,

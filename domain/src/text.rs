@@ -28,8 +28,8 @@ pub fn not_of_a_name(text: &str) -> Option<String> {
     })
 }
 
-/// What keeps a text from being a note, if anything does. Ends of lines and tabulators are parts of notes, and so is what
-/// joins the letters of some scripts, or chooses the form of a sign.
+/// What keeps a text from being a note, if anything does. Ends of lines and tabulators are parts of notes, and so is
+/// what joins the letters of some scripts, or chooses the form of a sign.
 pub fn not_of_a_note(text: &str) -> Option<String> {
     let part = |c: &char| matches!(c, '\n' | '\r' | '\t' | '\u{200c}' | '\u{200d}' | '\u{fe00}'..='\u{fe0f}');
     text.chars().filter(|c| !part(c)).find_map(|c| Some(told(c, unseen(c)?)))

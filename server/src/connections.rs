@@ -2,8 +2,8 @@
 //!
 //! Where all places are taken, a new connection takes the place of the one on which nothing has come to an end for the
 //! longest time: no request, no line, no message. One that waits for the service keeps its place; where all do, a new
-//! one is left at once. A client that does not read what it has asked for is left after a while: what waits for it would
-//! be held for ever.
+//! one is left at once. A client that does not read what it has asked for is left after a while: what waits for it
+//! would be held for ever.
 
 use std::{
     collections::HashMap,
@@ -116,7 +116,7 @@ impl Connections {
         let number = self.0.numbers.fetch_add(1, Ordering::Relaxed);
         let connection = Arc::new(Connection { end: CancellationToken::new(), state: Mutex::new(State::new()) });
         open.insert(number, connection.clone());
-        metrics::gauge!(metric::CONNECTIONS.name).set(open.len() as f64);
+        metrics::gauge!(metric::CONNECTIONS.name).increment(1.0);
         Some(Place { all: self.clone(), number, connection })
     }
 
@@ -157,9 +157,8 @@ pub struct Taken(pub Place);
 
 impl Drop for Taken {
     fn drop(&mut self) {
-        let mut open = self.0.all.0.open.lock().expect("no holder panics");
-        open.remove(&self.0.number);
-        metrics::gauge!(metric::CONNECTIONS.name).set(open.len() as f64);
+        self.0.all.0.open.lock().expect("no holder panics").remove(&self.0.number);
+        metrics::gauge!(metric::CONNECTIONS.name).decrement(1.0);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Bodies on their way in: how long their senders are waited for, and how much of what is unfinished is held.
 //!
-//! What is unfinished is a document, a line, or a message of which a part has come. Its first bytes are always taken, so
-//! that a usual upload finds room whatever others do; what is beyond them comes out of one budget of the process. A
+//! What is unfinished is a document, a line, or a message of which a part has come. Its first bytes are always taken,
+//! so that a usual upload finds room whatever others do; what is beyond them comes out of one budget of the process. A
 //! sender is waited for within limits: the time in which the service itself is busy, and reads nothing, is not its.
 
 use std::{sync::Arc, time::Duration};

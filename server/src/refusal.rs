@@ -177,7 +177,8 @@ impl Refusal {
         match self {
             Self::Conflict(_) => Ingested::Conflict,
             // The upload is as good as any: it is to be sent again by who may.
-            Self::Unauthenticated(_) | Self::Unavailable(_) | Self::Internal => Ingested::Unavailable,
+            Self::Unauthenticated(_) | Self::Interrupted => Ingested::Unavailable,
+            Self::Unavailable(_) | Self::Internal => Ingested::Unavailable,
             _ => Ingested::Invalid,
         }
     }

@@ -42,8 +42,8 @@ impl HostName {
         }
     }
 
-    /// Whether it means this machine, whoever resolves it: `localhost` and what is below it (RFC 6761), and the addresses
-    /// of the loopback interface.
+    /// Whether it means this machine, whoever resolves it: `localhost` and what is below it (RFC 6761), and the
+    /// addresses of the loopback interface.
     pub fn is_loopback(&self) -> bool {
         let ip = self.name.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>();
         let named = self.name == "localhost" || self.name.ends_with(".localhost");

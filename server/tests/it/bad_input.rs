@@ -117,6 +117,21 @@ async fn all_violations_are_told_at_once() {
 }
 
 #[tokio::test]
+async fn an_answer_names_fifty_violations_and_no_more() {
+    let house = House::open().await;
+    let mut body = house.body("bad", 10.0);
+    body["samples"] = json!(vec![0.07; 10_000]);
+    body["load_ratio"] = json!(vec![Value::Null; 10_000]);
+    let refused = problem(house.upload("EC-MXA", &body).await, 422).await;
+    assert_eq!(refused["errors"].as_array().unwrap().len(), 50);
+    let mut request = house.request("bad", 10.0);
+    request.missing = vec![7; 100_000];
+    let refused = IngestClient::new(house.channel().await).upload(request).await.unwrap_err();
+    assert_eq!(refused.code(), Code::InvalidArgument);
+    assert_eq!(refused.get_error_details().bad_request().unwrap().field_violations.len(), 50);
+}
+
+#[tokio::test]
 async fn size_and_type_are_checked() {
     let house = House::open().await;
     let large = with(&house, "colour", json!("x".repeat(300_000)));

@@ -78,6 +78,7 @@ async fn whole_lines_have_their_results_where_the_last_one_is_cut_off() {
         answer.lines().filter(|line| line.starts_with('{')).map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(results[0]["status"], "accepted", "{answer}");
     assert_eq!((&results[1]["line"], &results[1]["error"]["status"]), (&3.into(), &408.into()), "{answer}");
+    assert_eq!(results[1]["status"], "unavailable", "to be sent again");
 }
 
 #[tokio::test]
