@@ -48,27 +48,30 @@ pub fn is_probe(path: &str) -> bool {
 /// that were given to it.
 pub async fn door(Extract(hosts): Extract<Arc<[HostName]>>, request: Request, next: Next) -> Response {
     let called = HostName::called(request.uri(), request.headers());
-    let judged = match is_probe(request.uri().path()) {
+    let meant = match is_probe(request.uri().path()) {
         true => Ok(()),
         false => match gate(request.extensions()) {
-            Ok(gate) => gate.is_open().await.and_then(|open| meant(called.as_ref(), open, &hosts)),
+            Ok(gate) => meant(called.as_ref(), gate.is_open().await, &hosts),
             Err(refusal) => Err(refusal),
         },
     };
-    match judged.and_then(|()| from_here(request.method(), request.headers(), called.as_ref())) {
+    match meant.and_then(|()| from_here(request.method(), request.headers(), called.as_ref())) {
         Ok(()) => next.run(request).await,
         Err(refusal) => refusal.answer(is_grpc(request.headers())),
     }
 }
 
-/// Refuses what calls another name than those of the service.
-fn meant(called: Option<&HostName>, open: bool, hosts: &[HostName]) -> Result<(), Refusal> {
-    let meant = match (called, open) {
-        (None, _) => false,
-        (Some(called), true) => called.is_loopback(),
-        (Some(called), false) => hosts.is_empty() || hosts.iter().any(|host| host.covers(called)),
-    };
-    meant.then_some(()).ok_or(Refusal::Misdirected { open })
+/// Refuses what calls another name than those of the service; whether it asks who calls is not known as long as the
+/// database is away.
+fn meant(called: Option<&HostName>, open: Result<bool, Refusal>, hosts: &[HostName]) -> Result<(), Refusal> {
+    let local = called.is_some_and(HostName::is_loopback);
+    let given = called.is_some_and(|called| hosts.is_empty() || hosts.iter().any(|host| host.covers(called)));
+    match open {
+        Ok(open @ true) if !local => Err(Refusal::Misdirected { open }),
+        Ok(open @ false) if !given => Err(Refusal::Misdirected { open }),
+        Err(refusal) if !local => Err(refusal),
+        _ => Ok(()),
+    }
 }
 
 /// Lets a REST call or a page through with its caller, or refuses it.
@@ -180,11 +183,14 @@ mod tests {
     fn a_service_is_called_by_its_names() {
         let names = |names: &[&str]| names.iter().map(|name| name.parse().unwrap()).collect::<Vec<HostName>>();
         let judge =
-            |called: &str, open, hosts: &[&str]| meant(called.parse().ok().as_ref(), open, &names(hosts)).is_ok();
+            |called: &str, open, hosts: &[&str]| meant(called.parse().ok().as_ref(), Ok(open), &names(hosts)).is_ok();
         assert!(judge("localhost:8080", true, &[]) && !judge("evil.example:8080", true, &[]));
         assert!(!judge("health.example", true, &["health.example"]), "who asks nobody is called on the machine itself");
         assert!(judge("whatever.example", false, &[]), "no name was given");
         assert!(judge("health.example:8443", false, &["health.example"]));
         assert!(!judge("evil.example", false, &["health.example"]) && !judge("", false, &[]));
+        let away = || Err(Refusal::Unavailable("the database is away".to_owned()));
+        assert_eq!(meant("localhost".parse().ok().as_ref(), away(), &[]), Ok(()));
+        assert_eq!(meant("health.example".parse().ok().as_ref(), away(), &[]), away(), "to be called again");
     }
 }
