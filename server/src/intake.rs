@@ -114,13 +114,15 @@ impl Intake {
 /// a stream may be silent as long as it likes.
 pub fn messages(body: Body, budget: &Budget) -> Body {
     let messages = Messages { intake: Intake::new(body, budget), cut: Cut::default() };
-    Body::from_stream(stream::unfold(Some(messages), |messages| async move {
+    let parts = stream::unfold(Some(messages), |messages| async move {
         let mut messages = messages?;
         match messages.next().await {
             Ok(part) => Some((Ok(part?), Some(messages))),
             Err(refusal) => Some((Err(Status::from(refusal)), None)),
         }
-    }))
+    });
+    // tonic asks once more after the end.
+    Body::from_stream(parts.fuse())
 }
 
 struct Messages {
@@ -275,6 +277,16 @@ mod tests {
         drop(held);
         large().next().await.unwrap().unwrap();
         assert_eq!(budget.0.available_permits(), BUDGET_BYTES, "all room is given back");
+    }
+
+    #[tokio::test]
+    async fn a_body_that_has_ended_goes_on_ending() {
+        let broken = stream::iter([Ok("\0"), Err(std::io::Error::other("reset"))]);
+        for body in [Body::empty(), Body::from_stream(broken)] {
+            let mut passed = messages(body, &Budget::default()).into_data_stream();
+            while passed.next().await.is_some() {}
+            assert!(passed.next().await.is_none());
+        }
     }
 
     #[tokio::test]

@@ -189,8 +189,9 @@ mod tests {
         assert!(judge("whatever.example", false, &[]), "no name was given");
         assert!(judge("health.example:8443", false, &["health.example"]));
         assert!(!judge("evil.example", false, &["health.example"]) && !judge("", false, &[]));
-        let away = || Err(Refusal::Unavailable("the database is away".to_owned()));
-        assert_eq!(meant("localhost".parse().ok().as_ref(), away(), &[]), Ok(()));
-        assert_eq!(meant("health.example".parse().ok().as_ref(), away(), &[]), away(), "to be called again");
+        let away = || Refusal::Unavailable("the database is away".to_owned());
+        assert_eq!(meant("localhost".parse().ok().as_ref(), Err(away()), &[]), Ok(()));
+        let elsewhere = meant("health.example".parse().ok().as_ref(), Err(away()), &[]);
+        assert_eq!(elsewhere, Err(away()), "to be called again");
     }
 }
