@@ -85,6 +85,7 @@ mod tests {
             seed: 1,
             explanation: Explanation::default(),
             doubts: Vec::new(),
+            gap: None,
         };
         Prognosis {
             as_of: AsOf {

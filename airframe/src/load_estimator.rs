@@ -7,8 +7,11 @@
 //! v = eps - A mu, S = A P A' + R, w_i = (S^-1 v)_i / sqrt((S^-1)_ii).
 //! Gratings without a usable peak are left out, then that of the largest abs(w) > 4 and S is inverted
 //! anew, as long as no more than two are gone. z = mu + P A' S^-1 v with covariance P - P A' S^-1 A P,
-//! and M_h = C z. With more than two unusable ones, or v' S^-1 v of the rest above the 99.9 % quantile
-//! of chi-square, the air data alone answer: z = mu with P.
+//! and M_h = C z. With v' S^-1 v of the rest above the 99.9 % quantile of chi-square the gratings contradict the
+//! air data. Ten of them or more that agree with one another, in the same sense, with the envelope of flights as
+//! their prior, are believed: air data are one instrument, five products cannot make that many wrong gratings
+//! agree. Otherwise, and with more than two unusable ones, the air data alone answer: z = mu with P.
+//! Air data whose dynamic pressure and airspeed are of no air are none.
 //!
 //! Requires: a checked sensor configuration. z itself is no flight condition to publish: the strain
 //! tells five products at best, and with axial gratings fewer.
@@ -119,19 +122,27 @@ impl LoadEstimator {
             (None, Some(envelope)) => (envelope.prior(), LoadSource::Strain),
             (None, None) => return None,
         };
-        let mut excluded_sensors = Vec::new();
-        let fused = reading.strain.and_then(|strain| {
+        let fused = reading.strain.map(|strain| {
             let expected = of_air.map(|prior| self.strain_of(&prior.mean));
-            let readings = Readings::new(self, strain, reading.recorded_at, expected.as_ref());
-            self.fuse(&prior, &readings, &mut excluded_sensors)
+            self.fuse(&prior, &Readings::new(self, strain, reading.recorded_at, expected.as_ref()))
         });
-        let (posterior, source) = match (fused, of_air) {
-            (Some(posterior), _) => (posterior, source),
-            (None, Some(air)) => (air, LoadSource::AirData),
-            (None, None) => return None,
+        let (posterior, source, excluded_sensors) = match (fused, of_air) {
+            (Some(Fusion { posterior: Some(posterior), excluded }), _) => (posterior, source, excluded),
+            (Some(Fusion { excluded, .. }), Some(air)) => match self.agreed(reading) {
+                Some(Fusion { posterior: Some(strain), excluded }) => (strain, LoadSource::Strain, excluded),
+                _ => (air, LoadSource::AirData, excluded),
+            },
+            (None, Some(air)) => (air, LoadSource::AirData, Vec::new()),
+            (_, None) => return None,
         };
         let Prior { mean, covariance } = posterior;
         Some(LoadEstimate { products: mean, covariance, source, excluded_sensors })
+    }
+
+    /// What the gratings tell without the air data that they contradict.
+    fn agreed(&self, reading: &LoadReading) -> Option<Fusion> {
+        let readings = Readings::new(self, reading.strain?, reading.recorded_at, None);
+        Some(self.fuse(&self.envelope?.prior(), &readings))
     }
 
     /// Hinge moment of a surface; `None` for `Surface::None` or where it is not finite.
@@ -180,8 +191,15 @@ impl LoadEstimator {
         strain
     }
 
-    /// Posterior of z by the gratings that agree, or `None` where too many do not.
-    fn fuse(&self, prior: &Prior, readings: &Readings, excluded: &mut Vec<u8>) -> Option<Prior> {
+    /// Posterior of z by the gratings that agree.
+    fn fuse(&self, prior: &Prior, readings: &Readings) -> Fusion {
+        let mut excluded = Vec::new();
+        let posterior = self.posterior(prior, readings, &mut excluded);
+        Fusion { posterior, excluded }
+    }
+
+    /// The posterior, or `None` where too many gratings are excluded.
+    fn posterior(&self, prior: &Prior, readings: &Readings, excluded: &mut Vec<u8>) -> Option<Prior> {
         let expected = self.strain_of(&prior.mean);
         let mut active = Vec::with_capacity(STRAIN_SENSORS);
         for (i, strain) in readings.strain.iter().enumerate() {
@@ -205,6 +223,14 @@ impl LoadEstimator {
             }
         }
     }
+}
+
+/// Strain and what was expected of it.
+struct Fusion {
+    /// `None` where too many gratings do not agree.
+    posterior: Option<Prior>,
+    /// Gratings that were left out.
+    excluded: Vec<u8>,
 }
 
 /// 99.9 % quantile of chi-square with 1, 2, ... degrees of freedom.

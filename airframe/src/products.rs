@@ -14,6 +14,18 @@ pub type Products = [f64; FLIGHT_PRODUCTS];
 /// Air density at sea level, kg/m^3.
 pub const SEA_LEVEL_DENSITY_KG_M3: f64 = 1.225;
 
+/// Densities that air has where aircraft fly, kg/m^3, with 10 % of error in the airspeed.
+const DENSITIES_KG_M3: std::ops::RangeInclusive<f64> = 0.05..=2.0;
+/// Below this dynamic pressure, by either figure, errors of the instruments are as large as what they measure, Pa.
+const SMALL_PRESSURE_PA: f64 = 100.0;
+
+/// Whether dynamic pressure and airspeed, where both are given, are of one air: q = rho V^2/2.
+pub fn is_of_air(air_data: &AirData) -> bool {
+    let AirData { dynamic_pressure_pa: q, airspeed_m_s: v, .. } = *air_data;
+    let at_sea_level_pa = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * v * v;
+    v <= 0.0 || q.max(at_sea_level_pa) <= SMALL_PRESSURE_PA || DENSITIES_KG_M3.contains(&(2.0 * q / (v * v)))
+}
+
 /// Airspeed of a dynamic pressure at sea level, m/s: V = sqrt(2 q/rho).
 pub fn sea_level_airspeed_m_s(dynamic_pressure_pa: f64) -> f64 {
     libm::sqrt(2.0 * dynamic_pressure_pa.max(0.0) / SEA_LEVEL_DENSITY_KG_M3)

@@ -6,7 +6,10 @@
 //! 1 + mean r.
 //! Plausibility: chi-square of the least-squares residual within its 99.9 % limit. Where it is not, the
 //! worst studentised point is left out, once; a diagnosis that passes then is plausible, else all
-//! points are kept and it is not. Blind to what lies inside the subspace of the modes.
+//! points are kept and it is not. That is blind to what lies inside the subspace of the modes, so a map that no
+//! training map comes near is not plausible either, however well the modes fit it: one with a coefficient of a
+//! leading mode beyond 5.8 standard deviations of the training maps (no signal, a reversed one, another unit), or
+//! with faults that the network puts a tenth or more outside 0 to 1 (more back-EMF than a motor gives).
 //! Requires: valid samples >= modes + 2.
 //! Source: Berri 2021, sections 2.3 and 6.2-6.4.
 
@@ -15,6 +18,16 @@ use reduction::{GappyFit, GappyPod, PodBasis, Prior, ReductionError, Sample};
 use serde::{Deserialize, Serialize};
 
 use crate::{ErrorLaw, MapKind, MapReader, Measurement, Mlp, chi_square};
+
+/// No map of training has a leading coefficient farther from the mean, standard deviations: with magnitudes of
+/// importance sampling, three shorts at their largest reach 5.7.
+const REACH: f64 = 5.8;
+/// Modes lead that carry so much of the variance of the training maps; the others are skewed too much for a limit.
+const LEADING: f64 = 0.01;
+/// Faults outside 0 to 1 by more than so much and [`CERTAIN`] standard deviations are none: constants of motors of
+/// one type differ by less.
+const OVERSHOOT: f64 = 0.1;
+const CERTAIN: f64 = 4.0;
 
 /// A trained diagnosis: everything that turns samples into a fault vector.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -97,7 +110,9 @@ impl Diagnoser {
         let (residual, plausible) = self.judge(gappy, &mut reading.samples);
         let fit = gappy.fit(&reading.samples, self.prior);
         let (deviation, sampling_variance) = self.deviation(&fit, reading.pair_gain);
-        let fault_vector = clamped(self.fault_model.from_deviation(&deviation));
+        let unclamped = self.fault_model.from_deviation(&deviation);
+        let plausible = plausible && self.in_reach(&residual) && are_faults(&unclamped, &sampling_variance);
+        let fault_vector = clamped(unclamped);
         Ok(Assessment {
             deviation: self.fault_model.deviation(&fault_vector),
             fault_vector,
@@ -126,6 +141,16 @@ impl Diagnoser {
         (fit, false)
     }
 
+    /// Whether maps like this one were learned from.
+    fn in_reach(&self, fit: &GappyFit) -> bool {
+        let variances = self.basis.prior_variance();
+        let leading = LEADING * variances.iter().sum::<f64>();
+        fit.coefficients.iter().zip(variances).enumerate().all(|(mode, (coefficient, variance))| {
+            let sampling = fit.sampling_covariance.get(mode, mode);
+            *variance < leading || coefficient * coefficient <= REACH * REACH * (variance + sampling)
+        })
+    }
+
     /// Deviations from nominal and the variance that the samples' noise causes in them.
     fn deviation(&self, fit: &GappyFit, pair_gain: f64) -> (Vec<f64>, Vec<f64>) {
         let linearisation = self.mlp.linearise(&fit.coefficients);
@@ -145,6 +170,14 @@ pub(crate) fn fault_gains(model: &FaultModel, pair_gain: f64) -> Vec<f64> {
         }
     }
     gains
+}
+
+/// Whether every entry is between 0 and 1, as nearly as it is known.
+fn are_faults(unclamped: &FaultVector, sampling_variance: &[f64]) -> bool {
+    unclamped.0.iter().zip(sampling_variance).all(|(k, variance)| {
+        let slack = OVERSHOOT + CERTAIN * variance.sqrt();
+        (-slack..=1.0 + slack).contains(k)
+    })
 }
 
 fn is_plausible(fit: &GappyFit) -> bool {

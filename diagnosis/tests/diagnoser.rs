@@ -100,6 +100,18 @@ fn a_stuck_point_is_left_out_and_two_are_not_plausible() {
 }
 
 #[test]
+fn maps_that_no_motor_gives_are_not_plausible() {
+    let (_, samples, load_ratio) = samples();
+    let times = |factor: f64| samples.iter().map(|y| y.map(|y| factor * y)).collect::<Vec<_>>();
+    for factor in [0.0, -1.0, std::f64::consts::PI / 30.0, 1.5, 16.0, 1000.0] {
+        assert!(!diagnosed(&times(factor), &load_ratio).plausible, "{factor}");
+    }
+    for factor in [0.95, 1.0, 1.05] {
+        assert!(diagnosed(&times(factor), &load_ratio).plausible, "{factor}");
+    }
+}
+
+#[test]
 fn a_noisier_upload_is_less_certain() {
     let (_, samples, load_ratio) = samples();
     let with = |noise| {

@@ -19,6 +19,10 @@ pub struct Estimate {
     pub model: ContentHash,
     /// Raised only when the numbers may change.
     pub numerics_version: u32,
+    /// Digest of the samples, by which the same measurement is known again under another name. Estimates of
+    /// earlier builds have none.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub measurement: Option<ContentHash>,
     /// The diagnosis, or why there is none.
     pub outcome: Outcome,
     /// The actuator's load, where strain or air data and a hinge row tell it.
@@ -51,7 +55,8 @@ pub struct Diagnosis {
     pub fault_vector: FaultVector,
     /// Calibrated standard deviation of each entry.
     pub sigma: Vec<f64>,
-    /// Whether the residual of the reconstruction is within its 99.9 % chi-square limit.
+    /// Whether the residual of the reconstruction is within its 99.9 % chi-square limit, and the map within reach of
+    /// those that the bundle learned from.
     pub plausible: bool,
     /// The residual's chi-square statistic.
     pub chi_square: f64,
@@ -68,6 +73,12 @@ impl Estimate {
             .total_cmp(&other.flight_hours)
             .then(self.recorded_at.cmp(&other.recorded_at))
             .then_with(|| self.upload_id.cmp(&other.upload_id))
+    }
+
+    /// Whether another estimate of the component rests on the same measurement.
+    pub fn repeats(&self, other: &Self) -> bool {
+        let moment = |estimate: &Self| (estimate.flight_hours.to_bits(), estimate.recorded_at, estimate.mask_id);
+        self.measurement.is_some() && self.measurement == other.measurement && moment(self) == moment(other)
     }
 
     /// The diagnosis, when there is one whose residual is plausible: what a filter may use.

@@ -99,14 +99,25 @@ pub enum DoubtKind {
     Inconsistent,
     /// Ends of life lie where the stand-in for the assessment function has learned nothing.
     OutsideTraining,
+    /// It was carried over a long stretch without data, behind which little is known yet.
+    Gap,
+    /// Many uploads are set aside, because their hours and times contradict those that it rests on.
+    Hours,
 }
 
 impl DoubtKind {
+    /// Whether nobody should act on a forecast that is doubted for this reason.
+    pub fn forbids_acting(self) -> bool {
+        matches!(self, Self::Inconsistent | Self::Hours)
+    }
+
     /// The code.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Inconsistent => "inconsistent",
             Self::OutsideTraining => "outside_training",
+            Self::Gap => "gap",
+            Self::Hours => "hours",
         }
     }
 }

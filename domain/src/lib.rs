@@ -21,6 +21,7 @@ pub mod normal;
 pub mod principal;
 pub mod prognosis;
 pub mod random;
+pub mod range;
 pub mod rul;
 pub mod scoreboard;
 pub mod sensor_configuration;
@@ -56,7 +57,7 @@ pub use token::{Secret, SecretHash, Token, TokenId};
 pub use upload::{AirData, LoadRatio, Strain, Upload};
 
 /// Raised only when the numbers served for the same input may change.
-pub const NUMERICS_VERSION: u32 = 3;
+pub const NUMERICS_VERSION: u32 = 4;
 
 /// The sentence that goes with every served number.
 pub const ADVISORY: &str =

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ContentHash, Doubt, DoubtKind, Explanation, HingeLoad, RulDistribution, Timestamp, UploadId};
+use crate::{
+    ContentHash, Doubt, Explanation, HingeLoad, RulDistribution, Timestamp, UploadId, state::MIN_OBSERVATIONS,
+};
 
 /// The newest observation that a result rests on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -103,24 +105,46 @@ pub struct Forecast {
     /// What speaks against it.
     #[serde(default)]
     pub doubts: Vec<Doubt>,
+    /// The stretch without data that it was carried over, until a block closes behind it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap: Option<Gap>,
+}
+
+/// A long stretch of a life without data, and what is known since.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Gap {
+    /// The last hours before it, flight hours since new.
+    pub from_fh: f64,
+    /// The first behind it.
+    pub to_fh: f64,
+    /// Observations since.
+    pub observations: usize,
 }
 
 /// How to read a prognosis now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The assessment says faulty already, more likely than not.
+    /// The assessment says faulty already, more likely than not, and observations of now say so.
     Failed,
     /// No closed block of observations yet.
     InsufficientHistory,
     /// The newest data is old: unknown, not healthy.
     Stale,
-    /// The observations contradict the model of damage: the numbers are kept, but not to act on.
+    /// The observations contradict the model of damage, or a failure is only inferred over a gap: the numbers are
+    /// kept, but not to act on.
     Inconsistent,
     /// The median outlives the horizon.
     BeyondHorizon,
     /// A forecast to act on.
     Ok,
+}
+
+impl Forecast {
+    /// Whether observations tell the present state: not where all but a few of them lie before a gap.
+    pub fn has_evidence_of_now(&self) -> bool {
+        self.gap.is_none_or(|gap| gap.observations >= MIN_OBSERVATIONS)
+    }
 }
 
 impl Prognosis {
@@ -129,11 +153,12 @@ impl Prognosis {
         let Ok(forecast) = &self.forecast else {
             return Status::InsufficientHistory;
         };
-        if forecast.probability_failed >= 0.5 {
+        let seems_failed = forecast.probability_failed >= 0.5;
+        if seems_failed && forecast.has_evidence_of_now() {
             Status::Failed
         } else if now.hours_since(self.as_of.recorded_at) > stale_after_h {
             Status::Stale
-        } else if forecast.doubts.iter().any(|doubt| doubt.kind == DoubtKind::Inconsistent) {
+        } else if seems_failed || forecast.doubts.iter().any(|doubt| doubt.kind.forbids_acting()) {
             Status::Inconsistent
         } else if forecast.rul.quantile_fh(0.5).is_none() {
             Status::BeyondHorizon

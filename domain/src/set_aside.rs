@@ -22,6 +22,10 @@ pub enum SetAsideReason {
     /// Its hours and its time imply more than 24 flight hours a day against both neighbours of its
     /// life, or it claims to come from the future.
     ImplausibleHours,
+    /// Its hours run backwards as time goes on, against both neighbours of its life.
+    HoursBackwards,
+    /// The same measurement was sent before under another name.
+    RepeatedMeasurement,
     /// A figure of its estimate is not finite.
     NotFinite,
     /// Its estimate cannot be computed: the mask does not fit the bundle, or the computation ended abnormally.
@@ -33,6 +37,8 @@ impl SetAsideReason {
     pub fn as_str(self) -> &'static str {
         match self {
             Self::ImplausibleHours => "implausible_hours",
+            Self::HoursBackwards => "hours_backwards",
+            Self::RepeatedMeasurement => "repeated_measurement",
             Self::NotFinite => "not_finite",
             Self::NotEstimable => "not_estimable",
         }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     Component, ContentHash, Invalid, Mask, OperatorId, PartNumber, Position, SerialNumber, TailNumber, Timestamp,
     UploadId,
+    range::{self, Range},
 };
 
 /// A checked upload. Its canonical JSON (see [`Upload::content_hash`]) decides whether a second
@@ -95,10 +96,6 @@ pub struct AirData {
 pub const STRAIN_SENSORS: usize = 12;
 /// Temperature gratings per wing.
 pub const TEMPERATURE_SENSORS: usize = 4;
-/// A sample further from zero than this many k_nom is absurd, not faulty.
-pub const MAX_SAMPLE_K_NOM: f64 = 20.0;
-/// A load ratio further from zero than this is absurd: a motor that produces no motion.
-pub const MAX_LOAD_RATIO: f64 = 10.0;
 
 impl Upload {
     /// Who the samples are about.
@@ -124,27 +121,26 @@ impl Upload {
     /// `k_nom` in V s/rad is the nominal back-EMF constant of the mask's models.
     pub fn check(&self, mask: &Mask, k_nom: f64) -> Result<(), Invalid> {
         let mut ranges = Ranges(Invalid::default());
-        ranges.one("#/flight_hours", Some(self.flight_hours), 0.0, 500_000.0, "h");
-        ranges.one("#/flight_cycles", self.flight_cycles.map(|n| n as f64), 0.0, 1e7, "cycles");
-        ranges.one("#/sample_noise", self.sample_noise, 0.0, 1.0, "k_nom");
-        ranges.one("#/temperature_c", self.temperature_c, -100.0, 150.0, "degrees Celsius");
-        ranges.one("#/winding_temperature_c", self.winding_temperature_c, -100.0, 300.0, "degrees Celsius");
-        let limit = MAX_SAMPLE_K_NOM * k_nom;
-        ranges.list("#/samples", &self.samples, mask.len(), -limit, limit, "V s/rad");
+        ranges.one("#/flight_hours", Some(self.flight_hours), range::FLIGHT_HOURS);
+        ranges.one("#/flight_cycles", self.flight_cycles.map(|n| n as f64), range::FLIGHT_CYCLES);
+        ranges.one("#/sample_noise", self.sample_noise, range::SAMPLE_NOISE);
+        ranges.one("#/temperature_c", self.temperature_c, range::TEMPERATURE);
+        ranges.one("#/winding_temperature_c", self.winding_temperature_c, range::WINDING_TEMPERATURE);
+        ranges.list("#/samples", &self.samples, mask.len(), Range::of_samples(k_nom));
         self.check_load_ratio(mask, &mut ranges);
         if let Some(strain) = &self.strain {
-            let nm = (200.0, 3000.0, "nm");
-            ranges.list("#/strain/wavelengths_nm", &strain.wavelengths_nm, STRAIN_SENSORS, nm.0, nm.1, nm.2);
+            let nm = range::WAVELENGTH;
+            ranges.list("#/strain/wavelengths_nm", &strain.wavelengths_nm, STRAIN_SENSORS, nm);
             let temperature = &strain.temperature_wavelengths_nm;
-            ranges.list("#/strain/temperature_wavelengths_nm", temperature, TEMPERATURE_SENSORS, nm.0, nm.1, nm.2);
+            ranges.list("#/strain/temperature_wavelengths_nm", temperature, TEMPERATURE_SENSORS, nm);
         }
         if let Some(air) = &self.air_data {
-            ranges.one("#/air_data/dynamic_pressure_pa", Some(air.dynamic_pressure_pa), 0.0, 1e6, "Pa");
-            ranges.one("#/air_data/airspeed_m_s", Some(air.airspeed_m_s), 0.0, 3000.0, "m/s");
-            ranges.one("#/air_data/angle_of_attack_rad", Some(air.angle_of_attack_rad), -1.6, 1.6, "rad");
-            ranges.one("#/air_data/roll_rate_rad_s", Some(air.roll_rate_rad_s), -20.0, 20.0, "rad/s");
-            ranges.one("#/air_data/flap_rad", Some(air.flap_rad), -1.6, 1.6, "rad");
-            ranges.one("#/air_data/aileron_rad", Some(air.aileron_rad), -1.6, 1.6, "rad");
+            ranges.one("#/air_data/dynamic_pressure_pa", Some(air.dynamic_pressure_pa), range::DYNAMIC_PRESSURE);
+            ranges.one("#/air_data/airspeed_m_s", Some(air.airspeed_m_s), range::AIRSPEED);
+            ranges.one("#/air_data/angle_of_attack_rad", Some(air.angle_of_attack_rad), range::ANGLE);
+            ranges.one("#/air_data/roll_rate_rad_s", Some(air.roll_rate_rad_s), range::ROLL_RATE);
+            ranges.one("#/air_data/flap_rad", Some(air.flap_rad), range::ANGLE);
+            ranges.one("#/air_data/aileron_rad", Some(air.aileron_rad), range::ANGLE);
         }
         ranges.0.into_result(Some(()))
     }
@@ -153,10 +149,10 @@ impl Upload {
         match &self.load_ratio {
             None => {}
             Some(LoadRatio::Mean(r)) => {
-                ranges.one("#/load_ratio", Some(*r), -MAX_LOAD_RATIO, MAX_LOAD_RATIO, "(dimensionless)");
+                ranges.one("#/load_ratio", Some(*r), range::LOAD_RATIO);
             }
             Some(LoadRatio::PerSample(r)) => {
-                ranges.list("#/load_ratio", r, mask.len(), -MAX_LOAD_RATIO, MAX_LOAD_RATIO, "(dimensionless)");
+                ranges.list("#/load_ratio", r, mask.len(), range::LOAD_RATIO);
                 let pairs = r.iter().zip(&self.samples).enumerate();
                 for (i, _) in pairs.filter(|(_, (r, sample))| r.is_none() && sample.is_some()) {
                     ranges.0.push(format!("#/load_ratio/{i}"), "null although its sample is not");
@@ -170,19 +166,19 @@ impl Upload {
 struct Ranges(Invalid);
 
 impl Ranges {
-    fn one(&mut self, pointer: &str, value: Option<f64>, min: f64, max: f64, unit: &str) {
-        if let Some(value) = value.filter(|value| !(min..=max).contains(value)) {
-            self.0.push(pointer, format!("{value} is outside {min} to {max} {unit}"));
+    fn one(&mut self, pointer: &str, value: Option<f64>, range: Range) {
+        if let Some(refusal) = value.and_then(|value| range.refusal(value)) {
+            self.0.push(pointer, refusal);
         }
     }
 
-    fn list(&mut self, pointer: &str, values: &[Option<f64>], length: usize, min: f64, max: f64, unit: &str) {
+    fn list(&mut self, pointer: &str, values: &[Option<f64>], length: usize, range: Range) {
         if values.len() != length {
             self.0.push(pointer, format!("{} values where {length} are expected", values.len()));
             return;
         }
         for (i, value) in values.iter().enumerate() {
-            self.one(&format!("{pointer}/{i}"), *value, min, max, unit);
+            self.one(&format!("{pointer}/{i}"), *value, range);
         }
     }
 }

@@ -1,8 +1,13 @@
 //! The course of a life: what counts of it, in closed blocks, each with the digest of all that its state
 //! rests on.
 
-use domain::{ContentHash, Estimate, NUMERICS_VERSION, SetAside, State};
-use prognosis::block::{Block, Observation, blocks};
+use std::collections::HashSet;
+
+use domain::{
+    ContentHash, Estimate, NUMERICS_VERSION, Outcome, SetAside, SetAsideReason, State, UploadId, prognosis::Gap,
+    state::MIN_OBSERVATIONS,
+};
+use prognosis::block::{Block, Observation, blocks, is_gap, unclosed};
 use serde::Serialize;
 
 use crate::{LifeContext, Model, chronology::implausible_hours};
@@ -12,12 +17,18 @@ use crate::{LifeContext, Model, chronology::implausible_hours};
 pub struct Course {
     /// Estimates that do not count, with the reason for each.
     pub(crate) excluded: Vec<SetAside>,
+    /// How many of them contradict the others, where those are hardly more.
+    pub(crate) contested: Option<Contested>,
     /// Those that do, in the order of the life.
     pub(crate) usable: Vec<Estimate>,
+    /// Why some of those that are believed do not count.
+    pub(crate) unusable: Unusable,
     /// The newest estimate that is believed, usable or not.
     pub(crate) newest: Option<Estimate>,
     /// Closed blocks of the usable ones.
     pub(crate) blocks: Vec<Block>,
+    /// What lies between the last closed block and those of no block yet, where that is a gap, and what those say.
+    pub(crate) gap: Option<(Gap, Block)>,
     /// Of bundle, prior, life and every observation up to the end of each block.
     pub(crate) digests: Vec<ContentHash>,
     /// Of the same and of what no block has closed over yet.
@@ -27,10 +38,14 @@ pub struct Course {
 impl Model {
     /// The course of a life, whose `estimates` are given in its order.
     pub fn course(&self, context: &LifeContext, estimates: &[Estimate]) -> Course {
-        let excluded = implausible_hours(estimates);
-        let believed = |estimate: &&Estimate| excluded.iter().all(|other| other.upload_id != estimate.upload_id);
-        let believed: Vec<&Estimate> = estimates.iter().filter(believed).collect();
+        let mut excluded = repeated_measurements(estimates);
+        let distinct = without(estimates.iter(), &excluded);
+        let contradicting = implausible_hours(&distinct);
+        let contested = Contested::of(contradicting.len(), distinct.len());
+        let believed = without(distinct.iter().copied(), &contradicting);
+        excluded.extend(contradicting);
         let usable: Vec<Estimate> = believed.iter().copied().filter(|e| e.usable().is_some()).cloned().collect();
+        let unusable = Unusable::of(&believed);
         let newest = usable.last().or(believed.last().copied()).cloned();
         let observations: Vec<Observation> = usable.iter().filter_map(observation).collect();
         let mut blocks = blocks(&observations);
@@ -46,7 +61,8 @@ impl Model {
         let digests = blocks.iter().map(|block| chained(&usable[block.observations.clone()])).collect();
         let open = blocks.last().map_or(0, |block| block.observations.end);
         let inputs_digest = chained(&usable[open..]);
-        Course { excluded, newest, blocks, digests, inputs_digest, usable }
+        let gap = gap(&usable, open).zip(unclosed(&observations, &blocks));
+        Course { excluded, contested, unusable, newest, blocks, gap, digests, inputs_digest, usable }
     }
 
     /// What every digest of the life begins with.
@@ -79,10 +95,91 @@ impl Course {
         blocks.take_while(|((block, digest), state)| state.block == block.index && state.digest == **digest).count()
     }
 
+    /// How many observations the closed blocks hold.
+    pub(crate) fn in_closed_blocks(&self) -> usize {
+        self.blocks.last().map_or(0, |block| block.observations.end)
+    }
+
     /// Estimates of a block.
     pub(crate) fn inside(&self, block: &Block) -> &[Estimate] {
         &self.usable[block.observations.clone()]
     }
+}
+
+/// Between the observations of closed blocks and those from `open` on, if there is one.
+fn gap(usable: &[Estimate], open: usize) -> Option<Gap> {
+    let (last, next) = (usable[..open].last()?, usable.get(open)?);
+    let observations = usable.len() - open;
+    is_gap(last.flight_hours, next.flight_hours).then_some(Gap {
+        from_fh: last.flight_hours,
+        to_fh: next.flight_hours,
+        observations,
+    })
+}
+
+/// Uploads whose hours and times contradict others, where it is not clear which are right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Contested {
+    /// Uploads that are set aside for that.
+    pub set_aside: usize,
+    /// Those and the ones that they contradict.
+    pub of: usize,
+}
+
+impl Contested {
+    /// A third or more, and as many as agree by chance at most.
+    fn of(set_aside: usize, of: usize) -> Option<Self> {
+        (set_aside >= MIN_OBSERVATIONS && 3 * set_aside >= of).then_some(Self { set_aside, of })
+    }
+}
+
+/// Estimates from which a filter learns nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Unusable {
+    /// No healthy or faulty map fits their samples.
+    pub implausible: usize,
+    /// They have too few samples.
+    pub undiagnosable: usize,
+}
+
+impl Unusable {
+    fn of(estimates: &[&Estimate]) -> Self {
+        let undiagnosable = |estimate: &&&Estimate| matches!(estimate.outcome, Outcome::Undiagnosable { .. });
+        let undiagnosable = estimates.iter().filter(undiagnosable).count();
+        let unusable = estimates.iter().filter(|estimate| estimate.usable().is_none()).count();
+        Self { implausible: unusable - undiagnosable, undiagnosable }
+    }
+}
+
+/// Of estimates of the same measurement, given in the order of the life, all but the first.
+fn repeated_measurements(estimates: &[Estimate]) -> Vec<SetAside> {
+    let mut first: Vec<&Estimate> = Vec::new();
+    let mut repeated = Vec::new();
+    for estimate in estimates {
+        // Those of equal hours and time follow one another in the order of the life.
+        if first.last().is_some_and(|last| last.flight_hours < estimate.flight_hours) {
+            first.clear();
+        }
+        match first.iter().find(|other| estimate.repeats(other)) {
+            None => first.push(estimate),
+            Some(other) => repeated.push(SetAside {
+                upload_id: estimate.upload_id.clone(),
+                reason: SetAsideReason::RepeatedMeasurement,
+                detail: format!(
+                    "the same measurement as upload {}: equal hours, time, mask and samples. A measurement that is \
+                     sent again keeps its upload_id",
+                    other.upload_id
+                ),
+            }),
+        }
+    }
+    repeated
+}
+
+/// The estimates that are not set aside.
+fn without<'a>(estimates: impl Iterator<Item = &'a Estimate>, set_aside: &[SetAside]) -> Vec<&'a Estimate> {
+    let set_aside: HashSet<&UploadId> = set_aside.iter().map(|one| &one.upload_id).collect();
+    estimates.filter(|estimate| !set_aside.contains(&estimate.upload_id)).collect()
 }
 
 pub(crate) fn observation(estimate: &Estimate) -> Option<Observation> {

@@ -1,7 +1,9 @@
 //! From one upload to its estimate.
 
 use diagnosis::Measurement;
-use domain::{Diagnosis, Estimate, HingeLoad, Invalid, Mask, NUMERICS_VERSION, Outcome, SensorConfiguration, Upload};
+use domain::{
+    ContentHash, Diagnosis, Estimate, HingeLoad, Invalid, Mask, NUMERICS_VERSION, Outcome, SensorConfiguration, Upload,
+};
 use reduction::ReductionError;
 
 use crate::Model;
@@ -46,6 +48,7 @@ impl Model {
             mask_id: upload.mask_id,
             model: self.hash,
             numerics_version: NUMERICS_VERSION,
+            measurement: Some(ContentHash::of_json(&upload.samples)),
             outcome,
             load: self.load(upload, sensors)?,
             temperature: self.temperature(upload),

@@ -9,7 +9,7 @@ use domain::{
     AsOf, ContentHash, Doubt, DoubtKind, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, Life,
     NUMERICS_VERSION, Prognosis, RulDistribution, SetAside, State, Stream,
     explanation::{Driver, Movement},
-    prognosis::{Forecast, InsufficientHistory},
+    prognosis::{Forecast, Gap, InsufficientHistory},
     rul::HORIZON_FH,
     state::{BLOCK_FH, MIN_OBSERVATIONS},
 };
@@ -19,7 +19,11 @@ use prognosis::{
     posterior::Posterior,
 };
 
-use crate::{Course, Model, Prior, movement::Step};
+use crate::{
+    Course, Model, Prior,
+    course::{Contested, Unusable},
+    movement::Step,
+};
 
 /// Draws of a state's quantiles: they make the history chart, nobody acts on them.
 const STATE_DRAWS: Draws = Draws::fixed(200);
@@ -121,8 +125,10 @@ impl Model {
         outlook.latest = walk.follow(standing, &mut outlook.states, &mut outlook.checkpoints)?;
         let last_state = outlook.states.last().or(known[..standing].last());
         let forecast = match (&outlook.latest, last_state) {
-            (Some(latest), Some(state)) => Ok(self.forecast(context, &latest.filter, newest, state)?),
-            _ => Err(insufficient(&course.usable)),
+            (Some(latest), Some(state)) if course.in_closed_blocks() >= MIN_OBSERVATIONS => {
+                Ok(self.forecast(context, course, &latest.filter, newest, state)?)
+            }
+            _ => Err(insufficient(course)),
         };
         outlook.prognosis = Some(Prognosis {
             as_of: as_of(newest),
@@ -138,20 +144,28 @@ impl Model {
         Ok(outlook)
     }
 
-    /// The forecast for the newest data, `state` being that of the last closed block.
+    /// The forecast for the newest data, `state` being that of the last closed block. Where a gap lies behind that
+    /// block, what is known since counts as well, before it is a block of its own.
     fn forecast(
         &self,
         context: &LifeContext,
+        course: &Course,
         filter: &Filter,
         newest: &Estimate,
         state: &State,
     ) -> Result<Forecast, OutlookError> {
-        let posterior = filter.posterior();
+        let gap = course.gap.as_ref().map(|(gap, _)| *gap);
+        let posterior = match &course.gap {
+            None => filter.posterior(),
+            Some((_, since)) => filter.with(since).posterior(),
+        };
         let draws = self.draw(context, &posterior, newest, newest, Draws::precise());
         let faults = posterior.trends();
         check_finite(&faults, state.block)?;
         let mut doubts = state.doubts.clone();
         doubts.extend(outside_training(&draws));
+        doubts.extend(gap.map(carried_over));
+        doubts.extend(course.contested.map(contested));
         Ok(Forecast {
             dominant_fault: dominant_fault(&self.bundle.faults, draws.dominant_group(), &faults),
             faults,
@@ -164,9 +178,10 @@ impl Model {
             explanation: Explanation {
                 drivers: drivers(&self.bundle.faults, &draws),
                 growth: state.growth.clone(),
-                movement: state.movement.clone(),
+                movement: state.movement.clone().filter(|_| gap.is_none()),
             },
             doubts,
+            gap,
         })
     }
 
@@ -334,6 +349,22 @@ fn outside_training(draws: &forecast::Forecast) -> Option<Doubt> {
     })
 }
 
+/// The forecast reaches over a gap.
+fn carried_over(Gap { from_fh, to_fh, observations }: Gap) -> Doubt {
+    let since = match observations {
+        1 => "1 observation".to_owned(),
+        count => format!("{count} observations"),
+    };
+    let detail = format!("no data from {from_fh} to {to_fh} fh; {since} since, and no closed block");
+    Doubt { kind: DoubtKind::Gap, detail }
+}
+
+/// Nobody knows whether the uploads that count are the right ones.
+fn contested(Contested { set_aside, of }: Contested) -> Doubt {
+    let detail = format!("hours and times of {set_aside} of {of} uploads contradict those of the others");
+    Doubt { kind: DoubtKind::Hours, detail }
+}
+
 /// The entry of the dominant group that is furthest from nominal.
 fn dominant_fault(model: &FaultModel, group: usize, faults: &[FaultTrend]) -> String {
     let index = match model.groups[group] {
@@ -346,11 +377,12 @@ fn dominant_fault(model: &FaultModel, group: usize, faults: &[FaultTrend]) -> St
     model.names[index].clone()
 }
 
-fn insufficient(usable: &[Estimate]) -> InsufficientHistory {
+fn insufficient(course: &Course) -> InsufficientHistory {
+    let usable = course.usable.as_slice();
     let missing = match usable {
         [] => "no upload so far could be diagnosed".to_owned(),
         [first, .., last] if usable.len() >= MIN_OBSERVATIONS => format!(
-            "{} usable observations from {} to {} fh, none of them in a later {BLOCK_FH}-hour block than the others",
+            "{} usable observations from {} to {} fh; one in a later {BLOCK_FH}-hour block is missing",
             usable.len(),
             first.flight_hours,
             last.flight_hours
@@ -360,7 +392,17 @@ fn insufficient(usable: &[Estimate]) -> InsufficientHistory {
             usable.len()
         ),
     };
-    InsufficientHistory { missing }
+    InsufficientHistory { missing: missing + &unusable(course.unusable) }
+}
+
+/// Why uploads that were judged do not help.
+fn unusable(Unusable { implausible, undiagnosable }: Unusable) -> String {
+    let told = |count: usize, what: &str| match count {
+        0 => String::new(),
+        count => format!("; {count} {what}"),
+    };
+    told(implausible, "implausible: no healthy or faulty map fits the samples")
+        + &told(undiagnosable, "undiagnosable: too few valid samples")
 }
 
 fn check_finite(faults: &[FaultTrend], block: u64) -> Result<(), OutlookError> {

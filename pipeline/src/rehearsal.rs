@@ -81,6 +81,7 @@ impl Model {
             mask_id: mask.id(),
             model: self.hash,
             numerics_version: NUMERICS_VERSION,
+            measurement: None,
             outcome,
             load: None,
             temperature: None,

@@ -1,8 +1,9 @@
 //! Estimates and outlooks with the bundle that ships: pure functions of a set, the same bits always.
 
 use domain::{
-    Component, ContentHash, Diagnosis, Estimate, FaultVector, Life, LoadRatio, Mask, NUMERICS_VERSION, Outcome, State,
-    Stream, Timestamp, Upload,
+    Component, ContentHash, Diagnosis, DoubtKind, Estimate, FaultVector, Life, LoadRatio, Mask, NUMERICS_VERSION,
+    Outcome, Prognosis, SetAsideReason, State, Stream, Timestamp, Upload,
+    prognosis::{Forecast, Status},
 };
 use ema::{closed_form, faults::ElectricalFaults};
 use pipeline::{LifeContext, Model, Outlook};
@@ -45,6 +46,7 @@ fn growing(model: &Model, from: f64, count: u32) -> Vec<Estimate> {
             mask_id: model.bundle().masks[0].id(),
             model: model.summary().hash,
             numerics_version: NUMERICS_VERSION,
+            measurement: None,
             outcome: Outcome::Diagnosed(Diagnosis {
                 fault_vector: FaultVector(vec![k1.max(0.0), 0.0, 0.0, 0.5, 0.5]),
                 sigma: vec![0.004; 5],
@@ -107,6 +109,26 @@ fn samples_of_known_faults_are_diagnosed_with_and_without_load_ratio() {
     }
 }
 
+/// No signal, a reversed one, V/rpm for V s/rad, mV, and a stronger magnet than there is, each with 1 % noise.
+#[test]
+fn signals_that_no_motor_gives_are_not_plausible() {
+    let model = model();
+    let (mask, k_nom) = (&model.bundle().masks[0], model.summary().k_nom);
+    let mut stream = Stream::new(5, &["signals"]);
+    for (r, faults) in [(Some(0.1), 0.0), (None, 0.0), (Some(0.3), 0.2), (None, 0.2)] {
+        let truth = FaultVector(vec![faults, 0.0, 0.0, 0.5, 0.5]);
+        let mut times = |factor: f64| {
+            let mut upload = upload(mask, k_nom, &truth, r);
+            upload.samples.iter_mut().flatten().for_each(|y| *y = factor * *y + 0.01 * k_nom * stream.normal());
+            diagnosis(&model, &upload).plausible
+        };
+        for factor in [0.0, -1.0, std::f64::consts::PI / 30.0, 1.5, 16.0, 1000.0] {
+            assert!(!times(factor), "{factor} with {r:?} and {faults}");
+        }
+        assert!([0.95, 1.0, 1.05].into_iter().all(times), "{r:?} and {faults}");
+    }
+}
+
 #[test]
 fn missing_samples_cost_certainty_and_too_few_leave_nothing_to_say() {
     let model = model();
@@ -154,6 +176,81 @@ fn implausible_estimates_teach_nothing() {
 }
 
 #[test]
+fn what_is_missing_says_why_uploads_that_were_judged_do_not_count() {
+    let model = model();
+    let mut all = estimates(&model, 9);
+    for (i, estimate) in all.iter_mut().enumerate() {
+        match &mut estimate.outcome {
+            Outcome::Diagnosed(diagnosis) if i < 4 => diagnosis.plausible = false,
+            outcome if i < 7 => *outcome = Outcome::Undiagnosable { valid_samples: 3, needed: 11 },
+            _ => {}
+        }
+    }
+    let missing =
+        |estimates: &[Estimate]| outlook(&model, estimates, &[]).prognosis.unwrap().forecast.unwrap_err().missing;
+    assert!(missing(&all[..7]).starts_with("no upload so far could be diagnosed; 4 implausible"));
+    assert!(missing(&all).starts_with("2 of at least 3 usable observations"));
+    assert!(missing(&all).contains("; 3 undiagnosable"));
+}
+
+/// A sender that makes a new name at each attempt teaches no more than one that keeps to it.
+#[test]
+fn the_same_measurement_counts_once() {
+    let model = model();
+    let mut once = estimates(&model, 30);
+    for (i, estimate) in once.iter_mut().enumerate() {
+        estimate.measurement = Some(ContentHash::of(&[i as u8]));
+    }
+    let expected = outlook(&model, &once, &[]);
+    let resent = |estimate: &Estimate, name: &str| {
+        let upload_id = format!("{name}-{}", estimate.upload_id).parse().unwrap();
+        Estimate { upload_id, ..estimate.clone() }
+    };
+    let mut all: Vec<Estimate> =
+        once.iter().flat_map(|one| [one.clone(), resent(one, "v"), resent(one, "w")]).collect();
+    all.sort_by(Estimate::life_order);
+    let found = outlook(&model, &all, &[]);
+    assert_eq!((&found.states, &found.prognosis), (&expected.states, &expected.prognosis));
+    assert!(found.excluded.iter().all(|one| one.reason == SetAsideReason::RepeatedMeasurement));
+    let set_aside: Vec<_> = found.excluded.iter().map(|one| one.upload_id.as_str()).collect();
+    assert_eq!((set_aside.len(), set_aside[0], set_aside[1]), (60, "v-u00000", "w-u00000"));
+    assert!(found.excluded[1].detail.contains("upload u00000"));
+
+    // Without the first, the next one counts; other samples of the same moment are another measurement.
+    all.remove(0);
+    all[1].measurement = Some(ContentHash::of(b"other"));
+    assert_eq!(outlook(&model, &all, &[]).excluded.len(), 58);
+}
+
+/// A life from 400 hours on, and uploads of a counter that restarted behind it.
+#[test]
+fn a_forecast_is_doubted_where_a_third_of_the_uploads_contradict_it() {
+    let model = model();
+    let mut old = growing(&model, 0.0, 60);
+    old.iter_mut().for_each(|estimate| estimate.flight_hours += 400.0);
+    let expected = outlook(&model, &old, &[]).prognosis.unwrap();
+    let undoubted = expected.status(old[59].recorded_at, 720.0);
+    assert_ne!(undoubted, Status::Inconsistent);
+    for (new, status) in [(20, undoubted), (30, Status::Inconsistent)] {
+        let mut restarted = growing(&model, 0.0, new);
+        for (i, estimate) in restarted.iter_mut().enumerate() {
+            estimate.upload_id = format!("v{i}").parse().unwrap();
+            estimate.recorded_at = estimate.recorded_at.plus_hours(1000.0);
+        }
+        restarted.extend(old.iter().cloned());
+        let found = outlook(&model, &restarted, &[]);
+        assert_eq!(found.excluded.len(), new as usize);
+        let prognosis = found.prognosis.unwrap();
+        assert_eq!(prognosis.status(old[59].recorded_at, 720.0), status);
+        assert_eq!(prognosis.as_of, expected.as_of);
+        let rul = |prognosis: &Prognosis| prognosis.forecast.clone().unwrap().rul;
+        assert_eq!(rul(&prognosis), rul(&expected));
+        let doubts = prognosis.forecast.unwrap().doubts;
+        assert_eq!(doubts.iter().any(|doubt| doubt.kind == DoubtKind::Hours), status == Status::Inconsistent);
+    }
+}
+
+#[test]
 fn known_states_are_kept_and_those_behind_a_late_upload_replaced() {
     let model = model();
     let all = estimates(&model, 60);
@@ -188,6 +285,71 @@ fn a_recalled_filter_changes_nothing() {
         let recalled = model.outlook(&context, &course, known, Some(kept)).unwrap();
         assert_eq!(recalled.states, whole.states[known.len()..]);
         assert_eq!((recalled.prognosis, recalled.latest), (whole.prognosis.clone(), whole.latest.clone()));
+    }
+}
+
+/// A healthy life of 40 uploads, and one of `behind` a few hours apart from 3,200 hours on, with that much of a short.
+fn silent(model: &Model, behind: u32, k1: f64) -> Vec<Estimate> {
+    let mut all = growing(model, 0.0, 40 + behind);
+    for (i, estimate) in all[40..].iter_mut().enumerate() {
+        estimate.flight_hours = 3200.0 + 5.0 * i as f64;
+        estimate.recorded_at = estimate.recorded_at.plus_hours(10_000.0);
+        if let Outcome::Diagnosed(diagnosis) = &mut estimate.outcome {
+            diagnosis.fault_vector.0[0] += k1;
+        }
+    }
+    all
+}
+
+fn read(estimates: &[Estimate], outlook: &Outlook) -> (Status, Forecast) {
+    let prognosis = outlook.prognosis.as_ref().unwrap();
+    let now = estimates.last().unwrap().recorded_at;
+    (prognosis.status(now, 720.0), prognosis.forecast.clone().unwrap())
+}
+
+#[test]
+fn what_is_seen_behind_a_gap_counts_before_a_block_closes() {
+    let model = model();
+    for behind in 1..=3 {
+        let all = silent(&model, behind, 0.0);
+        let (status, forecast) = read(&all, &outlook(&model, &all, &[]));
+        assert!(matches!(status, Status::Ok | Status::BeyondHorizon), "{status:?}");
+        assert!(forecast.probability_failed < 0.1, "{}", forecast.probability_failed);
+        let [doubt] = forecast.doubts.as_slice() else { panic!("{:?}", forecast.doubts) };
+        assert_eq!(doubt.kind, DoubtKind::Gap);
+        assert!(doubt.detail.contains("no data from 160 to 3200 fh"), "{}", doubt.detail);
+    }
+}
+
+#[test]
+fn a_failure_behind_a_gap_is_told_by_three_observations_and_not_by_fewer() {
+    let model = model();
+    for (behind, expected) in [(1, Status::Inconsistent), (2, Status::Inconsistent), (3, Status::Failed)] {
+        let all = silent(&model, behind, 0.7);
+        let (status, forecast) = read(&all, &outlook(&model, &all, &[]));
+        assert!(forecast.probability_failed >= 0.5, "{behind}: {}", forecast.probability_failed);
+        assert!(forecast.doubts.iter().any(|doubt| doubt.kind == DoubtKind::Gap));
+        assert_eq!(status, expected, "{behind}");
+    }
+}
+
+/// One upload in 2,000 hours.
+#[test]
+fn a_life_of_gaps_is_never_said_to_have_failed_by_one_observation() {
+    let model = model();
+    for k1 in [0.0, 0.7] {
+        let mut all = growing(&model, k1, 7);
+        for (i, estimate) in all.iter_mut().enumerate() {
+            estimate.flight_hours = 2000.0 * i as f64;
+            estimate.recorded_at = estimate.recorded_at.plus_hours(10_000.0 * i as f64);
+        }
+        assert!(outlook(&model, &all[..3], &[]).prognosis.unwrap().forecast.is_err());
+        for count in 4..=7 {
+            let found = outlook(&model, &all[..count], &[]);
+            let (status, forecast) = read(&all[..count], &found);
+            assert_ne!(status, Status::Failed);
+            assert!(forecast.doubts.iter().any(|doubt| doubt.kind == DoubtKind::Gap));
+        }
     }
 }
 

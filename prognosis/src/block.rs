@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use domain::{
     FaultVector,
-    state::{BLOCK_FH, MIN_OBSERVATIONS},
+    state::{BLOCK_FH, GAP_FH, MIN_OBSERVATIONS},
 };
 
 /// Fewest observations of which the least and the greatest are dropped.
@@ -28,7 +28,8 @@ pub struct Observation {
     pub temperature: Option<f64>,
 }
 
-/// A closed block: at least [`MIN_OBSERVATIONS`] observations, condensed.
+/// Observations of a stretch of a life, condensed: at least [`MIN_OBSERVATIONS`] of them in a closed block that
+/// no gap follows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
     /// floor(t / [`BLOCK_FH`]) of its last observation.
@@ -44,7 +45,7 @@ pub struct Block {
     /// Standard deviation of a single observation of each entry.
     pub sigma: Vec<f64>,
     /// Mean absolute deviation of single observations from their plain mean, of each entry, as if that were
-    /// known exactly.
+    /// known exactly; zero where there is but one.
     pub scatter: Vec<f64>,
     /// Mean load of the observations that have one.
     pub load: Option<f64>,
@@ -55,7 +56,8 @@ pub struct Block {
 /// The closed blocks of a life.
 ///
 /// A block is closed once an observation of a later block exists; one with too few observations is
-/// merged into the next. So further observations at the end of a life never change a closed block,
+/// merged into the next, unless a gap lies between: a mean over a gap would belong to a time of which
+/// nothing is known. So further observations at the end of a life never change a closed block,
 /// and observations of equal time may come in any order.
 ///
 /// `observations` are in the order of the life (ascending time), all of the same length.
@@ -64,12 +66,28 @@ pub fn blocks(observations: &[Observation]) -> Vec<Block> {
     let mut closed = Vec::new();
     let mut start = 0;
     for next in 1..observations.len() {
-        if next - start >= MIN_OBSERVATIONS && index(&observations[next]) > index(&observations[next - 1]) {
+        if closes(next - start, &observations[next - 1], &observations[next]) {
             closed.push(condense(observations, start..next));
             start = next;
         }
     }
     closed
+}
+
+/// What is known since the last of the `closed` blocks, as if it were closed; `None` if that is nothing.
+pub fn unclosed(observations: &[Observation], closed: &[Block]) -> Option<Block> {
+    let start = closed.last().map_or(0, |block| block.observations.end);
+    (start < observations.len()).then(|| condense(observations, start..observations.len()))
+}
+
+/// Whether a stretch of life passes without observations between two of them.
+pub fn is_gap(last_fh: f64, next_fh: f64) -> bool {
+    next_fh - last_fh > GAP_FH
+}
+
+/// Whether `next` closes a block of so many observations, the last of which is `last`.
+fn closes(observations: usize, last: &Observation, next: &Observation) -> bool {
+    index(next) > index(last) && (observations >= MIN_OBSERVATIONS || is_gap(last.t_fh, next.t_fh))
 }
 
 /// [`blocks`] for observations that come one after the other.
@@ -86,10 +104,10 @@ impl OpenBlock {
     pub fn push(&mut self, next: Observation) -> Option<Block> {
         let ends_here = self.waiting.last().is_some_and(|last| {
             assert!(last.t_fh <= next.t_fh, "observations in the order of the life");
-            index(&next) > index(last)
+            closes(self.waiting.len(), last, &next)
         });
         let mut block = None;
-        if ends_here && self.waiting.len() >= MIN_OBSERVATIONS {
+        if ends_here {
             let start = self.closed;
             self.closed += self.waiting.len();
             block = Some(Block { observations: start..self.closed, ..condense(&self.waiting, 0..self.waiting.len()) });
@@ -144,6 +162,9 @@ fn sum(values: Vec<f64>) -> f64 {
 
 /// Mean absolute deviation from the mean, which takes 1/n of the variance out of it.
 fn scatter(values: &[f64]) -> f64 {
+    if values.len() == 1 {
+        return 0.0;
+    }
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     values.iter().map(|value| (value - mean).abs()).sum::<f64>() / (n * (n - 1.0)).sqrt()
@@ -186,6 +207,18 @@ mod tests {
     }
 
     #[test]
+    fn no_block_reaches_over_a_gap() {
+        let life = at(&[1.0, 2.0, 3.0, 190.0, 391.0, 392.0, 700.0, 900.0, 1101.0]);
+        let closed = blocks(&life);
+        let ranges: Vec<_> = closed.iter().map(|block| block.observations.clone()).collect();
+        assert_eq!(ranges, [0..3, 3..4, 4..6, 6..8]);
+        assert_eq!((closed[1].centre_fh, closed[1].scatter[0]), (190.0, 0.0));
+        let open = unclosed(&life, &closed).unwrap();
+        assert_eq!((open.observations, open.centre_fh), (8..9, 1101.0));
+        assert_eq!(unclosed(&life[..8], &closed), None);
+    }
+
+    #[test]
     fn extremes_are_dropped_from_five_observations_on() {
         let mean_of = |values: &[f64]| {
             let inside = values.iter().enumerate().map(|(i, &value)| observation(i as f64, value));
@@ -200,12 +233,12 @@ mod tests {
     }
 
     fn life() -> impl Strategy<Value = Vec<Observation>> {
-        let gaps = prop::collection::vec((0u8..40, 0.0..1.0f64), 1..120);
+        let gaps = prop::collection::vec((0u16..240, 0.0..1.0f64), 1..120);
         gaps.prop_map(|gaps| {
             let mut t_fh = 0.0;
-            let next = |(gap, value): (u8, f64)| {
-                // Many observations share a time, few are far apart.
-                t_fh += f64::from(gap.saturating_sub(20));
+            let next = |(gap, value): (u16, f64)| {
+                // Many observations share a time, few are far apart, fewer have a gap between them.
+                t_fh += f64::from(if gap < 235 { (gap % 40).saturating_sub(20) } else { gap });
                 observation(t_fh, value)
             };
             gaps.into_iter().map(next).collect()
@@ -214,14 +247,15 @@ mod tests {
 
     proptest! {
         #[test]
-        fn closed_blocks_are_full_adjacent_and_final(life in life(), cut in 0.0..1.0f64) {
+        fn closed_blocks_are_full_or_end_at_a_gap_adjacent_and_final(life in life(), cut in 0.0..1.0f64) {
             let closed = blocks(&life);
             let mut start = 0;
             for block in &closed {
                 prop_assert_eq!(block.observations.start, start);
-                prop_assert!(block.observations.len() >= MIN_OBSERVATIONS);
                 start = block.observations.end;
                 prop_assert!(index(&life[start]) > block.index);
+                let at_a_gap = is_gap(life[start - 1].t_fh, life[start].t_fh);
+                prop_assert!(block.observations.len() >= MIN_OBSERVATIONS || at_a_gap);
             }
             let earlier = blocks(&life[..(cut * life.len() as f64) as usize]);
             prop_assert_eq!(&earlier[..], &closed[..earlier.len()]);

@@ -140,6 +140,9 @@ impl Consistency {
     }
 
     fn scatter(&mut self, model: &FaultModel, block: &Block) {
+        if block.observations.len() < 2 {
+            return;
+        }
         for group in &model.groups {
             let entries: &[usize] = match group {
                 FaultGroup::Pair { indices } => indices,

@@ -136,6 +136,13 @@ impl Filter {
         Self { t_fh: began_fh, ..self }
     }
 
+    /// As it would be after the next block, if that ended here.
+    pub fn with(&self, block: &Block) -> Self {
+        let mut filter = self.clone();
+        filter.update(block);
+        filter
+    }
+
     /// Carries the state to the centre of the next block and corrects it.
     pub fn update(&mut self, block: &Block) {
         let dt_h = block.centre_fh - self.t_fh;

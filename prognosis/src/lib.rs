@@ -30,7 +30,7 @@ pub mod prior;
 mod surprise;
 pub mod surrogate;
 
-pub use block::{Block, Observation, OpenBlock, blocks};
+pub use block::{Block, Observation, OpenBlock, blocks, is_gap, unclosed};
 pub use boundary::{Boundary, Margin};
 pub use checkpoint::CheckpointError;
 pub use clipping::ClippedMean;

@@ -220,7 +220,7 @@ fn why_unknown(state: &State, installed: &Installed, status: Status, threshold: 
         }),
         Status::Inconsistent => prognosis.map(|prognosis| {
             let doubts = prognosis.forecast.iter().flat_map(|forecast| &forecast.doubts);
-            let against = doubts.filter(|doubt| doubt.kind == DoubtKind::Inconsistent);
+            let against = doubts.filter(|doubt| doubt.kind != DoubtKind::OutsideTraining);
             against.map(|doubt| doubt.detail.as_str()).collect::<Vec<_>>().join("; ")
         }),
         Status::Ok | Status::BeyondHorizon => {

@@ -37,6 +37,7 @@ fn diagnosed(model: &Model, upload: &Upload, faults: usize) -> Estimate {
         mask_id: upload.mask_id,
         model: model.summary().hash,
         numerics_version: domain::NUMERICS_VERSION,
+        measurement: None,
         outcome: Outcome::Diagnosed(Diagnosis {
             fault_vector: FaultVector([k1, 0.0, 0.0, 0.5, 0.5][..faults].into()),
             sigma: [0.0075, 0.0075, 0.0075, 0.02, 0.02][..faults].into(),

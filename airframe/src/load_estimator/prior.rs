@@ -7,7 +7,7 @@ use domain::{
 use serde::{Deserialize, Serialize};
 
 use super::EstimatorSettings;
-use crate::products::{Products, flight_products};
+use crate::products::{Products, flight_products, is_of_air};
 
 /// Covariance of products.
 pub type Covariance = [Products; FLIGHT_PRODUCTS];
@@ -23,8 +23,11 @@ pub struct Prior {
 
 impl Prior {
     /// What the air data say. The errors of the products are taken as independent; `None` where the air
-    /// data are not numbers.
+    /// data are not numbers, or of no air.
     pub fn of_air_data(air: &AirData, effectiveness: Effectiveness, settings: &EstimatorSettings) -> Option<Self> {
+        if !is_of_air(air) {
+            return None;
+        }
         let measured = flight_products(air);
         let [q, q_alpha, _, q_flap, q_aileron] = measured;
         let deflection =

@@ -58,6 +58,8 @@ impl From<json::Doubt> for v1::Doubt {
         let kind = match doubt.kind {
             json::DoubtKind::Inconsistent => v1::DoubtKind::Inconsistent,
             json::DoubtKind::OutsideTraining => v1::DoubtKind::OutsideTraining,
+            json::DoubtKind::Gap => v1::DoubtKind::Gap,
+            json::DoubtKind::Hours => v1::DoubtKind::Hours,
         };
         Self { kind: kind.into(), detail: doubt.detail }
     }

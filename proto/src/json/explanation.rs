@@ -124,6 +124,10 @@ pub enum DoubtKind {
     Inconsistent,
     /// Ends of life lie where the stand-in for the assessment function has learned nothing.
     OutsideTraining,
+    /// The forecast was carried over a long stretch without data, behind which little is known yet.
+    Gap,
+    /// Many uploads are set aside, because their hours and times contradict those that the forecast rests on.
+    Hours,
 }
 
 impl DoubtKind {
@@ -138,6 +142,8 @@ impl From<DoubtKind> for domain::DoubtKind {
         match kind {
             DoubtKind::Inconsistent => Self::Inconsistent,
             DoubtKind::OutsideTraining => Self::OutsideTraining,
+            DoubtKind::Gap => Self::Gap,
+            DoubtKind::Hours => Self::Hours,
         }
     }
 }
@@ -190,6 +196,8 @@ impl From<&domain::Doubt> for Doubt {
         let kind = match doubt.kind {
             domain::DoubtKind::Inconsistent => DoubtKind::Inconsistent,
             domain::DoubtKind::OutsideTraining => DoubtKind::OutsideTraining,
+            domain::DoubtKind::Gap => DoubtKind::Gap,
+            domain::DoubtKind::Hours => DoubtKind::Hours,
         };
         Self { kind, detail: doubt.detail.clone() }
     }

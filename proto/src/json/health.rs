@@ -41,7 +41,7 @@ pub struct HealthItem {
     /// The actuator's load; null where neither strain nor air data tell it.
     #[schema(required)]
     pub load: Option<LoadBody>,
-    /// Whether the samples fit any healthy or faulty map; null when undiagnosable.
+    /// Whether the samples fit any healthy or faulty map; null when undiagnosable. One that does not counts nowhere.
     #[schema(required, example = true)]
     pub plausible: Option<bool>,
     /// Whether a load ratio was given, so that the diagnosis does not depend on the load.

@@ -309,7 +309,8 @@ pub struct UploadStatusBody {
     pub upload_id: String,
     /// How far it has come.
     pub state: UploadState,
-    /// Why it was set aside, as a code: `implausible_hours`, `not_finite` or `not_estimable`.
+    /// Why it was set aside, as a code: `implausible_hours`, `hours_backwards`, `repeated_measurement`,
+    /// `not_finite` or `not_estimable`.
     #[schema(required, example = json!(null))]
     pub reason: Option<String>,
     /// Why it was set aside, in words with the offending values.

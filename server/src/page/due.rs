@@ -129,7 +129,7 @@ impl Row {
         let doubts = item.doubts.iter().flatten().map(|doubt| &doubt.detail).filter(|detail| !told(detail));
         let notes = item.reason.iter().chain(doubts).cloned().collect();
         Self {
-            badge: Badge::due(item.status),
+            badge: Badge::due(item.status, item.doubts.as_deref()),
             p: match item.p.zip(item.standard_error) {
                 Some((p, error)) => format!("{:.1} % \u{b1} {:.1}", 100.0 * p, 100.0 * error),
                 None => none(),

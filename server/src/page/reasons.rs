@@ -59,6 +59,12 @@ impl Warning {
                 DoubtKind::OutsideTraining => {
                     "The forecast leads to where the assessment has learned nothing: take it with caution."
                 }
+                DoubtKind::Hours => {
+                    "Uploads contradict one another: its state is unknown, and the numbers are not to act on."
+                }
+                DoubtKind::Gap => {
+                    "The forecast reaches over a long stretch without data: more uploads will tell how the unit is now."
+                }
             },
             detail: doubt.detail.clone(),
         };

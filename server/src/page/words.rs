@@ -1,7 +1,7 @@
 //! Statuses and numbers as people read them.
 
 use domain::Timestamp;
-use proto::json::{RulBody, Status};
+use proto::json::{Doubt, DoubtKind, RulBody, Status};
 
 /// Below this 10 % quantile of remaining life a forecast asks for attention, flight hours.
 const ATTENTION_FH: f64 = 500.0;
@@ -24,21 +24,26 @@ impl Badge {
     pub fn of(body: &RulBody) -> Self {
         let p10 = body.rul_fh.as_ref().and_then(|rul| rul.p10);
         let near = p10.is_some_and(|p10| p10 < ATTENTION_FH);
-        Self::new(body.status, near, "end of life near")
+        Self::new(body.status, body.doubts.as_deref(), near, "end of life near")
     }
 
     /// The badge of a component on the due list: what is known of it asks for attention.
-    pub fn due(status: Status) -> Self {
-        Self::new(status, true, "due")
+    pub fn due(status: Status, doubts: Option<&[Doubt]>) -> Self {
+        Self::new(status, doubts, true, "due")
     }
 
-    fn new(status: Status, near: bool, near_words: &'static str) -> Self {
+    fn new(status: Status, doubts: Option<&[Doubt]>, near: bool, near_words: &'static str) -> Self {
+        let has = |kind: DoubtKind| doubts.unwrap_or_default().iter().any(|doubt| doubt.kind == kind);
         let (rank, class, icon, words) = match status {
             Status::Failed => (0, "failed", "✖", "failed"),
             Status::Ok | Status::BeyondHorizon if near => (1, "soon", "▲", near_words),
             Status::InsufficientHistory => (2, "unknown", "?", "unknown: not enough history"),
             Status::Stale => (2, "unknown", "?", "unknown: data is stale"),
-            Status::Inconsistent => (2, "unknown", "?", "unknown: data contradicts the model"),
+            Status::Inconsistent if has(DoubtKind::Hours) => (2, "unknown", "?", "unknown: hours contradict"),
+            Status::Inconsistent if has(DoubtKind::Inconsistent) => {
+                (2, "unknown", "?", "unknown: data contradicts the model")
+            }
+            Status::Inconsistent => (2, "unknown", "?", "unknown: little data since a gap"),
             Status::Ok => (3, "good", "✔", "ok"),
             Status::BeyondHorizon => (3, "good", "✔", "beyond the horizon"),
         };

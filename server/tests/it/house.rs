@@ -373,6 +373,7 @@ fn estimate(upload: &Upload, inputs: &LifeInputs) -> Estimate {
         mask_id: upload.mask_id,
         model: inputs.generation.model,
         numerics_version: NUMERICS_VERSION,
+        measurement: None,
         outcome,
         load: upload.air_data.as_ref().map(|_| load()),
         temperature: None,
@@ -439,6 +440,7 @@ pub fn forecast(ending: usize) -> Forecast {
         seed: u64::MAX,
         explanation: Explanation::default(),
         doubts: Vec::new(),
+        gap: None,
     }
 }
 
