@@ -5,7 +5,7 @@ use proto::json::{
     AsOfBody, Doubt, EndOfLife, ExplanationBody, FailureProbability, Fault, LoadBody, MaskBody, ModelItem, MonteCarlo,
     Page, PropagationBody, RulBody, RulQuantiles, Status, TailItem,
 };
-use store::{BundleRecord, ComponentRecord, Installed, InstalledTail, LifeBeginning};
+use store::{BundleRecord, ComponentRecord, Installed, InstalledTail, LifeBeginning, SetAsideUploads};
 
 use crate::{State, refusal::Refusal};
 
@@ -59,6 +59,7 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         numerics_version: prognosis.map(|prognosis| prognosis.numerics_version),
         code_version: CODE_VERSION.to_owned(),
         pending_uploads: installed.pending_uploads,
+        set_aside_uploads: installed.set_aside.count,
         advisory: ADVISORY.to_owned(),
     }
 }
@@ -76,16 +77,37 @@ pub fn status(state: &State, installed: &Installed) -> Status {
 /// What a forecast of a component still needs; `None` when there is one.
 pub fn missing(installed: &Installed) -> Option<String> {
     let missing = match &installed.prognosis {
+        None if installed.set_aside.count > 0 => "no upload of this component counts",
         None => "no upload of this component has been judged yet",
         Some(prognosis) => &prognosis.forecast.as_ref().err()?.missing,
     };
+    let missing = missing.to_owned() + &set_aside(installed) + &before_overhaul(installed);
     Some(match &installed.began {
-        None => missing.to_owned(),
+        None => missing,
         Some(overhaul) => {
             let LifeBeginning { flight_hours, occurred_at, .. } = overhaul;
             format!("since the overhaul at {flight_hours:.1} flight hours ({occurred_at}): {missing}")
         }
     })
+}
+
+/// That uploads were judged and are set aside, and why.
+fn set_aside(installed: &Installed) -> String {
+    let SetAsideUploads { count, reason, newest } = &installed.set_aside;
+    let Some(reason) = reason else { return String::new() };
+    let uploads = if *count == 1 { "1 upload is".to_owned() } else { format!("{count} uploads are") };
+    let newest = newest.as_ref().map(|one| format!(". The newest, {}: {}", one.upload_id, one.detail));
+    format!("; {uploads} set aside, most for {}{}", reason.as_str(), newest.unwrap_or_default())
+}
+
+/// That uploads since the overhaul claim to be from before it.
+fn before_overhaul(installed: &Installed) -> String {
+    match installed.before_overhaul {
+        0 => String::new(),
+        count => format!(
+            "; {count} recorded since have fewer hours and count before it: hours since new go on after an overhaul"
+        ),
+    }
 }
 
 /// Dates at which quantiles of remaining life are flown; `None` for a tail that does not fly.

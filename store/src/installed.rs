@@ -1,6 +1,8 @@
 //! Which component sits where, and since when.
 
-use domain::{EventId, PartNumber, Position, Prognosis, SerialNumber, TailNumber, Timestamp, UploadId};
+use domain::{
+    EventId, PartNumber, Position, Prognosis, SerialNumber, SetAside, SetAsideReason, TailNumber, Timestamp, UploadId,
+};
 
 use crate::LifeBeginning;
 
@@ -27,9 +29,25 @@ pub struct Installed {
     pub found_failed_fh: Option<f64>,
     /// Uploads of the component that wait to be processed.
     pub pending_uploads: u64,
+    /// Uploads recorded in that life that are set aside.
+    pub set_aside: SetAsideUploads,
+    /// Uploads recorded since the overhaul with fewer hours than it has, so that they count before it; known only
+    /// where there is no forecast.
+    pub before_overhaul: u64,
     /// Flight hours per day of the tail over the 90 days before its newest upload; `None` below
     /// 14 days of data.
     pub utilisation_fh_per_day: Option<f64>,
+}
+
+/// Uploads of a life that are set aside.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct SetAsideUploads {
+    /// How many.
+    pub count: u64,
+    /// The most frequent reason; `None` when there are none.
+    pub reason: Option<SetAsideReason>,
+    /// The newest of them with its detail; known only where there is no forecast.
+    pub newest: Option<SetAside>,
 }
 
 /// A tail with everything that is installed on it.

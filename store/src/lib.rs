@@ -42,7 +42,7 @@ pub use error::StoreError;
 pub use finished::{FinishedLife, IssuedLife};
 pub use generation::{GenerationRecord, GenerationState, ModelUse};
 pub use history::{HistoryOf, LifeCursor};
-pub use installed::{Contradiction, Installation, InstallationSource, Installed, InstalledTail};
+pub use installed::{Contradiction, Installation, InstallationSource, Installed, InstalledTail, SetAsideUploads};
 pub use lesson::Lesson;
 pub use maintenance::{EventReceipt, EventRecord};
 pub use model::{BundleRecord, PublishedMask};

@@ -71,7 +71,7 @@ pub struct LifeInputs {
 pub struct Unestimated {
     /// The upload.
     pub upload: Upload,
-    /// When it was received.
+    /// When it was received, or last tried again: by the clock of then it must not come from the future.
     pub received_at: Timestamp,
     /// The configuration of the tail that was in force at `upload.recorded_at`; `None` when the tail
     /// has none of that time, so that the bundle's default applies.

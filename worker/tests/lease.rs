@@ -86,6 +86,39 @@ async fn an_upload_whose_hours_or_time_cannot_be_is_set_aside_and_states_rest_on
     assert_eq!(installed[0].prognosis.clone().unwrap().as_of.flight_hours, 28.0);
 }
 
+/// The clock of the service was five years behind when uploads came; then it is set, and they are retried.
+#[tokio::test]
+async fn a_retried_upload_is_judged_by_the_clock_of_its_retry_also_when_results_are_made_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let (store, model) = store(&folder).await;
+    let operator = OperatorId::default();
+    let mask = &model.bundle().masks[0];
+    let behind = now().plus_hours(-5.0 * 8766.0);
+    for index in 0..8 {
+        store.accept(&operator, upload(&model, mask, index), behind).await.unwrap();
+    }
+    work(&store).await;
+    assert_eq!(store.work_figures().await.unwrap().set_aside, 8);
+    for index in 0..7 {
+        let id = format!("u{index}").parse().unwrap();
+        store.retry_upload(&operator, &id, Actor::Cli.at(now())).await.unwrap();
+    }
+    work(&store).await;
+    assert_eq!(store.work_figures().await.unwrap().set_aside, 1);
+    let digest = store.digest().await.unwrap();
+    assert_eq!(digest.estimates, 7);
+    let mut last = None;
+    loop {
+        last = store.forget_derived(last.as_ref(), now()).await.unwrap();
+        if last.is_none() {
+            break;
+        }
+    }
+    work(&store).await;
+    assert_eq!(store.digest().await.unwrap(), digest);
+    assert!(store.verify().await.unwrap().damaged.is_empty());
+}
+
 /// A worker that has never seen a life goes on from the checkpoint that another one left.
 #[tokio::test]
 async fn a_new_worker_goes_on_where_another_one_stopped() {

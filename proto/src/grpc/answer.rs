@@ -50,6 +50,7 @@ impl From<json::RulBody> for v1::Rul {
             explanation: body.explanation.map(Into::into),
             doubts: each(body.doubts.unwrap_or_default()),
             found_failed_fh: body.found_failed_fh,
+            set_aside_uploads: body.set_aside_uploads,
         }
     }
 }

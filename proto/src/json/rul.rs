@@ -139,6 +139,10 @@ pub struct RulBody {
     /// Uploads that the answer does not contain yet.
     #[schema(example = 0)]
     pub pending_uploads: u64,
+    /// Uploads of the life that are set aside: judged, and nothing rests on them.
+    #[schema(example = 0)]
+    #[serde(default)]
+    pub set_aside_uploads: u64,
     /// What the numbers may be used for.
     pub advisory: String,
 }

@@ -38,6 +38,7 @@ const FIELDS: [&str; 29] = [
     "numerics_version",
     "code_version",
     "pending_uploads",
+    "set_aside_uploads",
     "advisory",
 ];
 

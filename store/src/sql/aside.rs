@@ -1,6 +1,8 @@
 //! Uploads that no state rests on: those without an estimate, and those that a rule over the whole
 //! life excludes.
 
+use std::collections::HashMap;
+
 use domain::{Component, SetAside, SetAsideReason, Timestamp};
 
 use super::{
@@ -69,7 +71,8 @@ sealed! {
            and overhaul_index = $7 and generation = $8"
 }
 
-fn reason_of(code: &str) -> Result<SetAsideReason, StoreError> {
+/// The reason of a code.
+pub(super) fn reason_of(code: &str) -> Result<SetAsideReason, StoreError> {
     serde_json::from_value(code.into()).map_err(|error| corrupt(&(SET_ASIDE, code), error))
 }
 
@@ -109,23 +112,23 @@ pub(super) async fn readmit(connection: &mut Connection, key: &UploadKey) -> Res
     Ok(())
 }
 
-/// Replaces the list of uploads that are excluded from a life.
+/// Replaces the list of uploads that are excluded from a life; what stays the same is not written.
 pub(super) async fn exclude(
     connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     excluded: &[SetAside],
 ) -> Result<(), StoreError> {
-    sqlx::query(
-        "delete from exclusions
-         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation = $5",
-    )
-    .bind_component(component)
-    .bind(pointer.overhaul_index)
-    .bind(pointer.generation)
-    .execute(&mut *connection)
-    .await?;
+    let mut stored = exclusions(connection, component, pointer).await?;
     for one in excluded {
+        let known = stored.remove(one.upload_id.as_str());
+        let same = |row: &ExclusionRow| row.reason == one.reason.as_str() && row.detail == one.detail;
+        if known.as_ref().is_some_and(|row| same(row) && row.check().is_ok()) {
+            continue;
+        }
+        if let Some(row) = known {
+            readmit_excluded(connection, &row).await?;
+        }
         let key = uploads::known_key(connection, component, &one.upload_id).await?;
         let row = ExclusionRow {
             operator: component.operator.to_string(),
@@ -141,5 +144,38 @@ pub(super) async fn exclude(
         };
         sealed::insert(connection, &row).await?;
     }
+    for row in stored.values() {
+        readmit_excluded(connection, row).await?;
+    }
+    Ok(())
+}
+
+/// What is excluded from a generation of a life, by name.
+async fn exclusions(
+    connection: &mut Connection,
+    component: &Component,
+    pointer: LifePointer,
+) -> Result<HashMap<String, ExclusionRow>, StoreError> {
+    let rows: Vec<ExclusionRow> = sqlx::query_as(
+        "select operator, part_number, serial_number, recorded_at, upload_id, overhaul_index, generation, reason,
+                detail, checksum as exclusion_checksum
+         from exclusions
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation = $5",
+    )
+    .bind_component(component)
+    .bind(pointer.overhaul_index)
+    .bind(pointer.generation)
+    .fetch_all(connection)
+    .await?;
+    Ok(rows.into_iter().map(|row| (row.upload_id.clone(), row)).collect())
+}
+
+async fn readmit_excluded(connection: &mut Connection, row: &ExclusionRow) -> Result<(), StoreError> {
+    let statement = sqlx::query(
+        "delete from exclusions
+         where operator = $1 and part_number = $2 and serial_number = $3 and recorded_at = $4 and upload_id = $5
+           and overhaul_index = $6 and generation = $7",
+    );
+    row.bind_key(statement).execute(connection).await?;
     Ok(())
 }

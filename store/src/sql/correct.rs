@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::{
     Connection, Engine,
     audit::Trace,
-    checkpoints, history, installations, lives, queue,
+    checkpoints, history, installations, lives, queue, retried,
     row::{BindKey, UploadKey},
     sealed,
     uploads::{self, VoidedRow},
@@ -119,6 +119,7 @@ impl Write for Retry {
         let key = UploadKey::of(&component, &upload);
         match uploads::state_of(connection, &key).await? {
             UploadState::SetAside { .. } => {
+                retried::note(connection, &key, self.since).await?;
                 send_back(connection, &component, moment(&key), self.since, now).await?;
                 Ok(Some(Retrial::Retried))
             }

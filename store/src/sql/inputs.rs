@@ -8,7 +8,7 @@ use super::{
     Connection, Engine,
     history::{self, EstimateRange, StateRange},
     lives::{self, Overhauls, Waiting},
-    queue, sensor_configurations, uploads,
+    queue, retried, sensor_configurations, uploads,
 };
 use crate::{Lease, LifeInputs, StoreError};
 
@@ -43,6 +43,11 @@ async fn inputs_of(
     };
     unestimated
         .retain(|(upload, _)| overhauls.life_at(upload.flight_hours, upload.recorded_at) == pointer.overhaul_index);
+    let retried = retried::of_component(connection, component).await?;
+    for (upload, received_at) in &mut unestimated {
+        let retried_at = retried.get(upload.upload_id.as_str()).copied();
+        *received_at = retried_at.map_or(*received_at, |retried_at| retried_at.max(*received_at));
+    }
     Ok(LifeInputs {
         life: pointer.life(component)?,
         generation: lives::generation(connection, component, pointer).await?,

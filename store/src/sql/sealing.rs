@@ -17,7 +17,9 @@ use super::{
     movements::MovementRow,
     observed::PeriodRow,
     operators::OperatorRow,
-    prognoses, sealed,
+    prognoses,
+    retried::RetriedRow,
+    sealed,
     tails::TailRow,
     uploads::{InboxRow, UploadKeyRow, VoidedRow},
 };
@@ -32,6 +34,7 @@ macro_rules! sources {
         sealed::$function::<GenerationRow>($($argument),*).await?;
         sealed::$function::<UploadKeyRow>($($argument),*).await?;
         sealed::$function::<VoidedRow>($($argument),*).await?;
+        sealed::$function::<RetriedRow>($($argument),*).await?;
         sealed::$function::<VoidedEventRow>($($argument),*).await?;
     };
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use domain::{Component, OperatorId, Position, TailNumber, Timestamp};
 
 use super::{
-    Connection, Engine, endings,
+    Connection, Engine, endings, hindrances,
     installations::InstallationRow,
     lives::{LifeRow, life_columns},
     prognoses::PrognosisRow,
@@ -14,7 +14,7 @@ use super::{
     tails::TailRow,
     utilisation,
 };
-use crate::{Installed, InstalledTail, StoreError};
+use crate::{Installed, InstalledTail, SetAsideUploads, StoreError};
 
 const INSTALLATIONS: &str = "installations";
 
@@ -103,6 +103,7 @@ impl Engine {
         let mut utilisation = utilisation::of_tails(&mut transaction, operator, after, last.tail.as_str()).await?;
         let found_failed =
             endings::on_tails(&mut transaction, operator, first.tail.as_str(), last.tail.as_str()).await?;
+        let range = (first.tail.to_string(), last.tail.to_string());
         let mut rows = rows.into_iter().peekable();
         for tail in &mut fleet {
             let fh_per_day = utilisation.remove(&tail.tail);
@@ -110,6 +111,8 @@ impl Engine {
                 tail.installed.push(row.installed(fh_per_day, &found_failed)?);
             }
         }
+        let installed = fleet.iter_mut().flat_map(|tail| &mut tail.installed);
+        hindrances::tell(&mut transaction, operator, (&range.0, &range.1), installed).await?;
         Ok(fleet)
     }
 
@@ -131,7 +134,10 @@ impl Engine {
         }
         let utilisation = utilisation::fh_per_day(&mut transaction, operator, tail).await?;
         let found_failed = endings::on_tails(&mut transaction, operator, tail.as_str(), tail.as_str()).await?;
-        rows.into_iter().map(|row| row.installed(utilisation, &found_failed)).collect()
+        let installed = rows.into_iter().map(|row| row.installed(utilisation, &found_failed));
+        let mut installed = installed.collect::<Result<Vec<_>, _>>()?;
+        hindrances::tell(&mut transaction, operator, (tail.as_str(), tail.as_str()), installed.iter_mut()).await?;
+        Ok(installed)
     }
 }
 
@@ -184,6 +190,8 @@ impl InstalledRow {
             prognosis,
             found_failed_fh: found_failed.get(&component).copied(),
             pending_uploads: count("inbox", self.pending)?,
+            set_aside: SetAsideUploads::default(),
+            before_overhaul: 0,
             utilisation_fh_per_day: utilisation,
             part_number: component.part_number,
             serial_number: component.serial_number,

@@ -144,6 +144,26 @@ async fn what_is_set_aside_waits_again_once_it_is_retried() {
 }
 
 #[tokio::test]
+async fn an_upload_counts_as_received_when_it_was_last_retried() {
+    let database = Database::new();
+    let store = database.ready().await;
+    accept(&store, &upload("u1", "0001")).await;
+    for (received, retried) in [(0.0, 5.0), (5.0, 8.0), (8.0, 9.0)] {
+        let lease = lease(&store).await;
+        let inputs = life_inputs(&store, &lease).await;
+        assert_eq!(inputs.unestimated[0].received_at, day(received));
+        let mut results = results(&inputs);
+        results.estimates.clear();
+        results.prognosis = None;
+        results.set_aside.push(set_aside("u1", SetAsideReason::ImplausibleHours));
+        store.complete(&lease, vec![results]).await.unwrap();
+        store.retry_upload(&operator(), &"u1".parse().unwrap(), by_hand(retried)).await.unwrap();
+    }
+    let record = store.upload(&operator(), &"u1".parse().unwrap()).await.unwrap().unwrap();
+    assert_eq!(record.received_at, day(0.0), "what is told of its receipt stays");
+}
+
+#[tokio::test]
 async fn an_excluded_upload_keeps_its_estimate_and_counts_nowhere_until_it_is_vindicated() {
     let database = Database::new();
     let store = database.ready().await;
