@@ -13,13 +13,14 @@ use super::{Doubt, ExplanationBody, LoadBody};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// Found failed on the ground, or the assessment says faulty already, more likely than not.
+    /// Found failed on the ground, or the assessment says faulty already, more likely than not, by observations of now.
     Failed,
     /// No closed block of observations yet: unknown.
     InsufficientHistory,
     /// The newest data is old: unknown, not healthy.
     Stale,
-    /// The observations contradict the model of damage: unknown; the numbers are kept, but not to act on.
+    /// The observations contradict the model of damage or one another, or a failure is only inferred over a gap:
+    /// unknown; the numbers are kept, but not to act on. The doubts say which.
     Inconsistent,
     /// A forecast to act on.
     Ok,
