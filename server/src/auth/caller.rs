@@ -90,7 +90,8 @@ impl Caller {
 }
 
 /// The items that a caller sends, each as long as the caller is admitted when it comes; then why that is over, and
-/// the end, whether or not anything comes.
+/// the end, whether or not anything comes. After each item others have their turn: one who sends much at once, or reads
+/// nothing for long, would otherwise have a thread for itself as long as buffers take in what is said of it.
 pub fn admitted<S: Stream>(caller: Caller, items: S) -> impl Stream<Item = Result<S::Item, Refusal>> {
     stream::unfold(Some((caller, Box::pin(items))), |state| async move {
         let (caller, mut items) = state?;
@@ -98,6 +99,7 @@ pub fn admitted<S: Stream>(caller: Caller, items: S) -> impl Stream<Item = Resul
             item = items.next() => item?,
             refusal = caller.turned_away() => return Some((Err(refusal), None)),
         };
+        tokio::task::yield_now().await;
         match caller.still().await {
             Ok(()) => Some((Ok(item), Some((caller, items)))),
             Err(refusal) => Some((Err(refusal), None)),
