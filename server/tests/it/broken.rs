@@ -1,6 +1,13 @@
 //! Requests that end early, stand still or are nonsense: they end nothing but themselves.
 
-use std::time::Duration;
+use std::{
+    panic,
+    sync::{
+        Once,
+        atomic::{AtomicUsize, Ordering},
+    },
+    time::Duration,
+};
 
 use proto::v1::{UploadRequest, UploadStatus, ingest_client::IngestClient};
 use serde_json::Value;
@@ -14,6 +21,43 @@ use tokio_stream::{StreamExt, wrappers::ReceiverStream};
 use tonic::transport::Endpoint;
 
 use crate::house::House;
+
+/// Panics of this process; those of tasks end nothing else, and would not be noticed.
+static PANICS: AtomicUsize = AtomicUsize::new(0);
+
+/// Counts panics from now on.
+fn count_panics() {
+    static COUNTING: Once = Once::new();
+    COUNTING.call_once(|| {
+        let before = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            PANICS.fetch_add(1, Ordering::Relaxed);
+            before(info);
+        }));
+    });
+}
+
+/// A frame of HTTP/2.
+fn frame(kind: u8, flags: u8, stream: u32, payload: &[u8]) -> Vec<u8> {
+    let length = u32::try_from(payload.len()).unwrap().to_be_bytes();
+    [&length[1..], &[kind, flags], &stream.to_be_bytes(), payload].concat()
+}
+
+/// The head of a gRPC call.
+fn call(stream: u32, method: &str) -> Vec<u8> {
+    let path = format!("/actuary.v1.Ingest/{method}");
+    let fields = [
+        (":method", "POST"),
+        (":scheme", "http"),
+        (":path", &path),
+        (":authority", "localhost"),
+        ("content-type", "application/grpc"),
+        ("te", "trailers"),
+    ];
+    let text = |text: &str| [&[u8::try_from(text.len()).unwrap()], text.as_bytes()].concat();
+    let fields = fields.iter().flat_map(|(name, value)| [vec![0], text(name), text(value)].concat());
+    frame(1, 4, stream, &fields.collect::<Vec<_>>())
+}
 
 /// The head of an upload of so many bytes.
 fn head(content_type: &str, bytes: usize) -> String {
@@ -42,6 +86,7 @@ async fn answered(mut stream: TcpStream) -> String {
 
 #[tokio::test]
 async fn a_sender_that_is_cut_off_anywhere_ends_nothing_but_its_body() {
+    count_panics();
     let house = House::open().await;
     let good = house.body("whole", 1.0).to_string();
     let lines = format!("{good}\n\n{good}\n{{\"a");
@@ -63,6 +108,33 @@ async fn a_sender_that_is_cut_off_anywhere_ends_nothing_but_its_body() {
     }
     assert_eq!(house.upload("EC-MXA", &house.body("after", 2.0)).await.status(), 202);
     assert_eq!(house.read("/v1/uploads/whole").await["state"], "pending", "whole lines were stored");
+    house.stop().await;
+    assert_eq!(PANICS.load(Ordering::Relaxed), 0);
+}
+
+#[tokio::test]
+async fn a_call_of_grpc_that_is_broken_off_anywhere_ends_nothing_but_itself() {
+    count_panics();
+    let house = House::open().await;
+    let preface = [b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n".to_vec(), frame(4, 0, 0, &[])].concat();
+    let endings =
+        [vec![], frame(3, 0, 1, &8_u32.to_be_bytes()), frame(0, 1, 1, &[]), frame(7, 0, 0, &[0; 8]), vec![0xff; 9]];
+    let lengths = [0, 3, 7, 100_000, u32::MAX];
+    for method in ["Upload", "UploadStream", "Nothing"] {
+        for (ending, length) in endings.iter().flat_map(|ending| lengths.map(|length| (ending, length))) {
+            for whole in [0, 1] {
+                let message = [&[0], &length.to_be_bytes()[..], b"odd bits"].concat();
+                let said = [preface.clone(), call(1, method), frame(0, whole, 1, &message), ending.clone()].concat();
+                let mut stream = house.dial().await;
+                stream.write_all(&said).await.unwrap();
+                // What is answered is of no interest; that the call has begun is.
+                let _ = timeout(Duration::from_millis(5), stream.read(&mut [0; 400])).await;
+            }
+        }
+    }
+    assert_eq!(house.upload("EC-MXA", &house.body("after", 2.0)).await.status(), 202);
+    house.stop().await;
+    assert_eq!(PANICS.load(Ordering::Relaxed), 0);
 }
 
 #[tokio::test]
