@@ -71,6 +71,9 @@ create trigger sealed before update of active, activated_at on bundles
         and (new.active, new.activated_at) is distinct from (old.active, old.activated_at))
     execute function refuse_unsealed();
 
+-- Damaged ones are made anew.
+grant delete on tails to actuary_service;
+
 -- The newest record of each chain of the audit log, and how many tokens its operator was ever given.
 create table anchors (
     operator text collate "C" primary key,

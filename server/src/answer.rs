@@ -76,6 +76,9 @@ pub fn status(state: &State, installed: &Installed) -> Status {
 
 /// What a forecast of a component still needs; `None` when there is one.
 pub fn missing(installed: &Installed) -> Option<String> {
+    if installed.is_damaged {
+        return Some("what is stored of this component is damaged: nothing of it is told; see the log".to_owned());
+    }
     let missing = match &installed.prognosis {
         None if installed.set_aside.count > 0 => "no upload of this component counts",
         None => "no upload of this component has been judged yet",

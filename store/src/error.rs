@@ -185,7 +185,8 @@ fn passes(code: &str) -> bool {
     (code.len() == 5 && code.starts_with("08")) || PASSING.contains(&code)
 }
 
-/// Whether an SQLite result code means a damaged file: SQLITE_CORRUPT or SQLITE_NOTADB, extended ones included.
+/// Whether a code means damage: SQLITE_CORRUPT or SQLITE_NOTADB, extended ones included; data or an index that Postgres
+/// calls corrupted.
 fn is_damage(code: &str) -> bool {
-    code.parse::<i64>().is_ok_and(|code| matches!(code & 0xff, 11 | 26))
+    matches!(code, "XX001" | "XX002") || code.parse::<i64>().is_ok_and(|code| matches!(code & 0xff, 11 | 26))
 }

@@ -27,6 +27,8 @@ pub struct Installed {
     pub prognosis: Option<Prognosis>,
     /// The component's hours since new at which it was found failed, which ended the life.
     pub found_failed_fh: Option<f64>,
+    /// Whether something of it is damaged or missing in the database: then neither the life nor a prognosis is told.
+    pub is_damaged: bool,
     /// Uploads of the component that wait to be processed.
     pub pending_uploads: u64,
     /// Uploads recorded in that life that are set aside.

@@ -7,6 +7,8 @@ pub struct Verification {
     pub tables: Vec<(&'static str, u64)>,
     /// Rows that are not what was written, in the order of `tables`.
     pub damaged: Vec<DamagedRow>,
+    /// What was not looked at, and why.
+    pub unchecked: Vec<String>,
 }
 
 /// A row that is refused rather than served.

@@ -6,13 +6,13 @@ use store::{AuditChain, AuditDamage, Store, Verification};
 
 use crate::{database::Database, say::say};
 
-/// Read every row that carries a checksum and compare it; name the damaged ones. A running service is not
-/// disturbed.
+/// Read every row and compare it with its checksum and with the rows that it follows from; look at pages and indexes,
+/// too. Name what is damaged or missing. A running service is not disturbed.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  actuary verify --digest --database-url sqlite:fleet.sqlite\n\n\
     Two databases that were sent the same uploads have the same digest once nothing is pending, whatever\n\
     the order. Note the newest hashes of the audit log elsewhere: without them, nobody can tell whether\n\
-    newer records were cut off. Exit code 1 when a row is damaged or the log is broken: actuary rebuild\n\
+    newer records were cut off together with what the database knows of them. Exit code 1 when a row is damaged or the log is broken: actuary rebuild\n\
     makes results anew, actuary restore brings back the rest.")]
 pub struct Arguments {
     #[command(flatten)]
@@ -42,6 +42,9 @@ async fn check(store: &Store, arguments: &Arguments) -> Result<()> {
         return audit;
     }
     let found = store.verify().await?;
+    for what in &found.unchecked {
+        say!("not checked: {what}");
+    }
     undamaged(&found)?;
     let held = store.digest().await?;
     let pending = store.pending().await?;

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use domain::{Act, Action, AuditRecord, ContentHash, OperatorId, Timestamp};
+use futures_util::StreamExt;
 use serde_json::Value;
 
 use super::{
@@ -36,9 +37,13 @@ impl Engine {
             let anchored = anchors::chains(&mut transaction).await?;
             chains(&mut transaction).await?.into_iter().chain(anchored).collect()
         };
-        let mut chains = Vec::with_capacity(names.len());
+        let mut chains = Vec::new();
         for name in names {
-            chains.push(self.verify_chain(operator_of(&name)?).await?);
+            let chain = self.verify_chain(operator_of(&name)?).await?;
+            // One that nothing was ever appended to is told of no more than one without an anchor.
+            if chain.records > 0 || chain.damage.is_some() {
+                chains.push(chain);
+            }
         }
         Ok(chains)
     }
@@ -115,6 +120,23 @@ impl Engine {
 /// Names all chains that have a record.
 pub(super) async fn chains(connection: &mut Connection) -> Result<Vec<String>, StoreError> {
     Ok(sqlx::query_scalar("select distinct operator from audit order by operator").fetch_all(connection).await?)
+}
+
+/// Hands out every record of a chain that can be read, in its order.
+pub(super) async fn each(
+    connection: &mut Connection,
+    operator: Option<&OperatorId>,
+    mut see: impl FnMut(AuditRecord),
+) -> Result<(), StoreError> {
+    let sql = "select sequence, body, hash from audit where operator = $1 order by sequence";
+    let mut rows = sqlx::query_as::<_, AuditRow>(sql).bind(chain_column(operator)).fetch(connection);
+    while let Some(row) = rows.next().await {
+        // A damaged one is told with its chain.
+        if let Ok(record) = row?.record(operator) {
+            see(record);
+        }
+    }
+    Ok(())
 }
 
 /// What an anchor tells of a chain of so many records.

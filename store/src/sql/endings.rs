@@ -72,7 +72,8 @@ pub(super) async fn of_component(
     rows.into_iter().map(|row| row.ending().map(|end| (end.pointer.overhaul_index, end.failure_fh))).collect()
 }
 
-/// What is installed on the tails from `first` to `last` and was found failed: at how many hours.
+/// What is installed on the tails from `first` to `last` and was found failed: at how many hours. A damaged end is left
+/// out, which the life that has it tells.
 pub(super) async fn on_tails(
     connection: &mut Connection,
     operator: &OperatorId,
@@ -92,7 +93,11 @@ pub(super) async fn on_tails(
     .bind(last)
     .fetch_all(connection)
     .await?;
-    rows.into_iter().map(|row| row.ending().map(|end| (end.component, end.failure_fh))).collect()
+    let readable = rows.into_iter().filter_map(|row| match row.ending() {
+        Err(StoreError::Corrupt { .. }) => None,
+        ending => Some(ending.map(|end| (end.component, end.failure_fh))),
+    });
+    readable.collect()
 }
 
 /// The finished lives of an operator that failed last, the newest failure first.

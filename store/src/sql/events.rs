@@ -5,7 +5,11 @@
 //! of that is found anew from all events of the component whenever one is recorded or voided, so that the
 //! order in which they arrive does not matter.
 
-use domain::{Act, Action, Component, EventId, EventKind, Finding, MaintenanceEvent, OperatorId, Timestamp};
+use std::collections::BTreeSet;
+
+use domain::{
+    Act, Action, Component, EventId, EventKind, Finding, MaintenanceEvent, OperatorId, TailNumber, Timestamp,
+};
 use serde_json::Value;
 
 use super::{
@@ -20,7 +24,7 @@ use super::{
 use crate::{EventReceipt, EventRecord, LifeBeginning, StoreError, Verification, Voiding, periods::Place};
 
 const EVENTS: &str = "maintenance_events";
-const FAILED: &str = "finding_failed";
+pub(super) const FAILED: &str = "finding_failed";
 const SERVICEABLE: &str = "finding_serviceable";
 const INSTALL: &str = "install";
 const REMOVE: &str = "remove";
@@ -331,6 +335,23 @@ pub(super) async fn of_operator(
     rows.into_iter().map(|row| row.record().map(|record| record.event)).collect()
 }
 
+/// The tails that an operator's installs and removals tell of, voided or not.
+pub(super) async fn tails(
+    connection: &mut Connection,
+    operator: &OperatorId,
+) -> Result<BTreeSet<TailNumber>, StoreError> {
+    let rows: Vec<EventRow> =
+        sqlx::query_as(events!("where e.operator = $1")).bind(operator.as_str()).fetch_all(connection).await?;
+    let mut tails = BTreeSet::new();
+    for row in rows {
+        let event = row.record()?.event;
+        if movements::direction(event.kind).is_some() {
+            tails.insert(event.tail);
+        }
+    }
+    Ok(tails)
+}
+
 /// The overhauls of a component that count, in their order.
 async fn overhauls_of(connection: &mut Connection, component: &Component) -> Result<Vec<LifeBeginning>, StoreError> {
     let rows: Vec<EventRow> = sqlx::query_as(events!(
@@ -348,24 +369,45 @@ async fn overhauls_of(connection: &mut Connection, component: &Component) -> Res
     rows.into_iter().map(|row| row.record().map(beginning)).collect()
 }
 
+/// The event that ends a life `l`: the first finding of a kind, which is a parameter, that lies in it and stands.
+macro_rules! end_of_life {
+    ($kind:literal) => {
+        concat!(
+            "(select e.event_id from maintenance_events e
+              where e.operator = l.operator and e.part_number = l.part_number and e.serial_number = l.serial_number
+                and e.kind = ",
+            $kind,
+            " and not exists (
+                  select 1 from voided_events v where v.operator = e.operator and v.event_id = e.event_id)
+                and (l.overhaul_index = 0 or (l.began_fh, l.began_at) < (e.flight_hours, e.occurred_at))
+                and not exists (
+                  select 1 from lives n
+                  where n.operator = l.operator and n.part_number = l.part_number
+                    and n.serial_number = l.serial_number and n.overhaul_index = l.overhaul_index + 1
+                    and (n.began_fh, n.began_at) < (e.flight_hours, e.occurred_at))
+              order by e.flight_hours, e.occurred_at, e.event_id limit 1)"
+        )
+    };
+}
+pub(super) use end_of_life;
+
 /// Finds for each life of a component the event that ends it, or that none does any longer.
 pub(super) async fn find_ends(connection: &mut Connection, component: &Component) -> Result<(), StoreError> {
-    let ends = sqlx::query_as(
-        "select lives.overhaul_index, (
-           select e.event_id from maintenance_events e
-           where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and e.kind = $4
-             and not exists (select 1 from voided_events v where v.operator = e.operator and v.event_id = e.event_id)
-             and (lives.overhaul_index = 0 or (lives.began_fh, lives.began_at) < (e.flight_hours, e.occurred_at))
-             and not exists (
-               select 1 from lives n
-               where n.operator = $1 and n.part_number = $2 and n.serial_number = $3
-                 and n.overhaul_index = lives.overhaul_index + 1
-                 and (n.began_fh, n.began_at) < (e.flight_hours, e.occurred_at))
-           order by e.flight_hours, e.occurred_at, e.event_id limit 1) as ended_by
-         from lives where lives.operator = $1 and lives.part_number = $2 and lives.serial_number = $3",
-    );
-    let ends = ends.bind_component(component).bind(FAILED).fetch_all(&mut *connection).await?;
-    lives::end(connection, component, ends).await
+    let ends = ends_of(connection, component).await?;
+    lives::end(connection, component, &ends).await
+}
+
+/// The lives of a component by their numbers, each with the event that ends it.
+pub(super) async fn ends_of(
+    connection: &mut Connection,
+    component: &Component,
+) -> Result<Vec<(i64, Option<String>)>, StoreError> {
+    let ends = sqlx::query_as(concat!(
+        "select l.overhaul_index, ",
+        end_of_life!("$4"),
+        " as ended_by from lives l where l.operator = $1 and l.part_number = $2 and l.serial_number = $3"
+    ));
+    Ok(ends.bind_component(component).bind(FAILED).fetch_all(connection).await?)
 }
 
 /// Checks every event, voided or not.

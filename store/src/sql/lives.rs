@@ -84,6 +84,13 @@ impl LifeRow {
         Ok(event_id.map(|event_id| LifeBeginning { event_id, occurred_at, flight_hours: self.began_fh }))
     }
 
+    /// Whether it is what the first generation of a component's first life is.
+    fn is_first_of_first(&self) -> bool {
+        (self.overhaul_index, self.generation) == (0, FIRST)
+            && self.began_by.is_none()
+            && (self.began_fh, self.began_at) == (0.0, 0)
+    }
+
     /// Writes what has changed of it.
     pub(super) async fn store(&self, connection: &mut Connection) -> Result<(), StoreError> {
         sqlx::query(
@@ -379,11 +386,65 @@ pub(super) async fn serve_prognosis(
     LifeRow { prognosis_fence: fence, ..row }.store(connection).await
 }
 
+/// Mends the lives of a component whose checksum does not hold, by what follows from events and prognoses: which event
+/// ends each, and which prognosis is served. The checksum itself tells whether that was all; if it does not, only a life
+/// whose other columns can have no other values is taken for mended.
+pub(super) async fn mend(
+    connection: &mut Connection,
+    component: &Component,
+    ends: &[(i64, Option<String>)],
+) -> Result<(), StoreError> {
+    let rows: Vec<LifeRow> = sqlx::query_as(lives!("order by l.overhaul_index"))
+        .bind_component(component)
+        .fetch_all(&mut *connection)
+        .await?;
+    for row in rows {
+        let Err(damage) = row.check() else { continue };
+        let ended_by = ends.iter().find(|(life, _)| *life == row.overhaul_index).and_then(|(_, end)| end.clone());
+        let newest = newest_prognosis(connection, component, row.pointer()).await?;
+        let with = |prognosis_fence| LifeRow { ended_by: ended_by.clone(), prognosis_fence, ..row.clone() };
+        let proven = [newest, None].map(with).into_iter().find(|mended| mended.check().is_ok());
+        let mended = match proven {
+            Some(mended) => mended,
+            None if row.is_first_of_first() && has_one_generation(connection, component).await? => with(newest),
+            None => return Err(damage),
+        };
+        mended.store(connection).await?;
+    }
+    Ok(())
+}
+
+/// The fence of the prognosis of a generation that was issued last and stands.
+async fn newest_prognosis(
+    connection: &mut Connection,
+    component: &Component,
+    pointer: LifePointer,
+) -> Result<Option<i64>, StoreError> {
+    let query = sqlx::query_scalar(
+        "select max(fence) from prognoses
+         where operator = $1 and part_number = $2 and serial_number = $3 and overhaul_index = $4 and generation = $5
+           and withdrawn_at is null",
+    );
+    let query = query.bind(component.operator.as_str()).bind(component.part_number.as_str());
+    let query = query.bind(component.serial_number.as_str()).bind(pointer.overhaul_index).bind(pointer.generation);
+    Ok(query.fetch_one(connection).await?)
+}
+
+/// Whether a component has one life of one generation.
+async fn has_one_generation(connection: &mut Connection, component: &Component) -> Result<bool, StoreError> {
+    let query = sqlx::query_scalar(
+        "select count(*) from generations where operator = $1 and part_number = $2 and serial_number = $3",
+    );
+    let query = query.bind(component.operator.as_str()).bind(component.part_number.as_str());
+    let generations: i64 = query.bind(component.serial_number.as_str()).fetch_one(connection).await?;
+    Ok(generations == 1)
+}
+
 /// Names the event that ends each of some lives of a component by its number, or that none does any longer.
 pub(super) async fn end(
     connection: &mut Connection,
     component: &Component,
-    ends: Vec<(i64, Option<String>)>,
+    ends: &[(i64, Option<String>)],
 ) -> Result<(), StoreError> {
     for row in rows(connection, component).await? {
         let found = ends.iter().find(|(overhaul_index, _)| *overhaul_index == row.overhaul_index);

@@ -222,6 +222,12 @@ async fn set_active(
     Ok(set.rows_affected() == 1)
 }
 
+/// All bundles that can be read.
+pub(super) async fn readable(connection: &mut Connection) -> Result<Vec<BundleSummary>, StoreError> {
+    let rows: Vec<BundleRow> = sqlx::query_as(bundles!("order by hash")).fetch_all(connection).await?;
+    Ok(rows.into_iter().filter_map(|row| Some(row.record().ok()?.summary)).collect())
+}
+
 /// Gives a checksum to what was known of activations before there was any.
 pub(super) async fn seal(connection: &mut Connection) -> Result<(), StoreError> {
     let rows: Vec<BundleRow> =

@@ -62,7 +62,10 @@ impl MovementRow {
     }
 
     fn movement(self) -> Result<Movement, StoreError> {
-        self.check()?;
+        self.checked()?.unchecked()
+    }
+
+    fn unchecked(self) -> Result<Movement, StoreError> {
         let component = component_of(MOVEMENTS, &self.operator, &self.part_number, &self.serial_number)?;
         let direction = match self.inward {
             0 => Direction::Out,
@@ -115,6 +118,23 @@ pub(super) async fn remake(
         }
     }
     Ok(components)
+}
+
+/// The movements of an operator by their definition, from all of its events that are not voided.
+pub(super) async fn defined(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Movement>, StoreError> {
+    let events = events::of_operator(connection, operator).await?.into_iter();
+    let movement = |event: MaintenanceEvent| {
+        let direction = direction(event.kind)?;
+        Some(MovementRow::of(&event.component(operator), &event, direction).unchecked())
+    };
+    events.filter_map(movement).collect()
+}
+
+/// The movements of an operator as they are stored.
+pub(super) async fn stored(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Movement>, StoreError> {
+    let rows: Vec<MovementRow> =
+        sqlx::query_as(movements!("true")).bind(operator.as_str()).fetch_all(connection).await?;
+    rows.into_iter().map(MovementRow::movement).collect()
 }
 
 /// All movements of a component.

@@ -168,6 +168,24 @@ pub(super) async fn remake(
     Ok(components)
 }
 
+/// The periods of an operator by their definition, from all of its uploads that are not voided.
+pub(super) async fn defined(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Period>, StoreError> {
+    let mut periods = Periods::default();
+    uploads::each_in_time(connection, operator, |component, upload| {
+        let place = Place { tail: upload.tail.clone(), position: upload.position.clone() };
+        periods.see(Period { component, place, from: moment(&upload), to: None });
+    })
+    .await?;
+    Ok(periods.ended.into_iter().chain(periods.open.into_values()).collect())
+}
+
+/// The periods of an operator as they are stored.
+pub(super) async fn stored(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Period>, StoreError> {
+    let rows: Vec<PeriodRow> =
+        sqlx::query_as(periods!("true")).bind(operator.as_str()).fetch_all(connection).await?;
+    rows.into_iter().map(PeriodRow::period).collect()
+}
+
 /// Periods out of observations in the order of time: their definition, word by word.
 #[derive(Default)]
 struct Periods {

@@ -123,6 +123,28 @@ pub(super) async fn revoke(
     Ok(revision)
 }
 
+/// Mends the numbers of a component's row, whatever they are, so that it waits and no name of a prognosis is given twice.
+pub(super) async fn mend(connection: &mut Connection, component: &Component, now: Timestamp) -> Result<(), StoreError> {
+    sqlx::query(
+        "update component_queue set
+           input_revision = case when input_revision < 0 then 0 else input_revision end,
+           processed_revision = case when processed_revision < 0 or processed_revision > input_revision then 0
+                                else processed_revision end,
+           attempts = case when attempts < 0 then 0 else attempts end,
+           lease_until = 0, not_before = $4,
+           fence = coalesce((
+             select max(p.fence) from prognoses p
+             where p.operator = $1 and p.part_number = $2 and p.serial_number = $3
+               and p.fence > component_queue.fence), fence)
+         where operator = $1 and part_number = $2 and serial_number = $3",
+    )
+    .bind_component(component)
+    .bind(now.micros())
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
 /// Up to which input the results of a component reach.
 pub(super) async fn processed_revision(connection: &mut Connection, component: &Component) -> Result<i64, StoreError> {
     let (revision,): (i64,) = sqlx::query_as(

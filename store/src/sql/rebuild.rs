@@ -12,9 +12,9 @@
 use domain::{Component, OperatorId, Timestamp};
 
 use super::{
-    Connection, Engine, events, generations, installations, operators, queue,
+    Connection, Engine, events, generations, installations, lives, operators, queue,
     row::BindKey,
-    uploads,
+    tails, uploads,
     write::{Reach, Write},
 };
 use crate::StoreError;
@@ -43,7 +43,7 @@ impl Engine {
     }
 }
 
-/// Makes the installations of an operator anew.
+/// Makes the installations of an operator anew, and the list of its tails.
 struct Reinstall {
     operator: OperatorId,
 }
@@ -56,7 +56,10 @@ impl Write for Reinstall {
     }
 
     async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<(), StoreError> {
-        installations::remake(connection, &self.operator).await
+        installations::remake(connection, &self.operator).await?;
+        let mut told = uploads::tails(connection, &self.operator).await?;
+        told.extend(events::tails(connection, &self.operator).await?);
+        tails::mend(connection, &self.operator, told).await
     }
 }
 
@@ -77,7 +80,11 @@ impl Write for Forget {
     async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<Option<Component>, StoreError> {
         let components = generations::next_components(connection, &self.operator, self.after.as_ref(), BATCH).await?;
         for component in &components {
+            let ends = events::ends_of(connection, component).await?;
+            lives::mend(connection, component, &ends).await?;
+            queue::mend(connection, component, now).await?;
             queue::revise(connection, component, now).await?;
+            queue::mend(connection, component, now).await?;
             forget(connection, component).await?;
             send_back(connection, component, self.since).await?;
             events::find_ends(connection, component).await?;

@@ -30,7 +30,6 @@ macro_rules! sources {
     ($function:ident ( $($argument:expr),* )) => {
         sealed::$function::<OperatorRow>($($argument),*).await?;
         sealed::$function::<ComponentRow>($($argument),*).await?;
-        sealed::$function::<LifeRow>($($argument),*).await?;
         sealed::$function::<GenerationRow>($($argument),*).await?;
         sealed::$function::<UploadKeyRow>($($argument),*).await?;
         sealed::$function::<VoidedRow>($($argument),*).await?;
@@ -43,6 +42,7 @@ macro_rules! sources {
 macro_rules! derived {
     ($function:ident ( $($argument:expr),* )) => {
         sealed::$function::<TailRow>($($argument),*).await?;
+        sealed::$function::<LifeRow>($($argument),*).await?;
         sealed::$function::<InstallationRow>($($argument),*).await?;
         sealed::$function::<PeriodRow>($($argument),*).await?;
         sealed::$function::<MovementRow>($($argument),*).await?;

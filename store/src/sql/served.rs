@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use domain::{Component, OperatorId, Position, TailNumber, Timestamp};
+use domain::{Component, OperatorId, Position, Prognosis, TailNumber, Timestamp};
 
 use super::{
     Connection, Engine, endings, hindrances,
@@ -14,7 +14,7 @@ use super::{
     tails::TailRow,
     utilisation,
 };
-use crate::{Installed, InstalledTail, SetAsideUploads, StoreError};
+use crate::{Installed, InstalledTail, LifeBeginning, SetAsideUploads, StoreError};
 
 const INSTALLATIONS: &str = "installations";
 
@@ -100,17 +100,22 @@ impl Engine {
             .bind(last.tail.as_str())
             .fetch_all(&mut *transaction)
             .await?;
-        let mut utilisation = utilisation::of_tails(&mut transaction, operator, after, last.tail.as_str()).await?;
+        let utilisation = utilisation::of_tails(&mut transaction, operator, after, last.tail.as_str()).await?;
         let found_failed =
             endings::on_tails(&mut transaction, operator, first.tail.as_str(), last.tail.as_str()).await?;
         let range = (first.tail.to_string(), last.tail.to_string());
-        let mut rows = rows.into_iter().peekable();
-        for tail in &mut fleet {
-            let fh_per_day = utilisation.remove(&tail.tail);
-            while let Some(row) = rows.next_if(|row| row.place.tail == tail.tail.as_str()) {
-                tail.installed.push(row.installed(fh_per_day, &found_failed)?);
-            }
+        let mut by_tail: BTreeMap<TailNumber, Vec<Installed>> = BTreeMap::new();
+        for row in rows {
+            let tail = parse(INSTALLATIONS, &row.place.tail)?;
+            let installed = row.installed(utilisation.get(&tail).copied(), &found_failed)?;
+            by_tail.entry(tail).or_default().push(installed);
         }
+        for tail in &mut fleet {
+            tail.installed = by_tail.remove(&tail.tail).unwrap_or_default();
+        }
+        // What is installed on a tail that is not among all tails is on the list all the same.
+        fleet.extend(by_tail.into_iter().map(|(tail, installed)| InstalledTail { tail, installed }));
+        fleet.sort_by(|a, b| a.tail.cmp(&b.tail));
         let installed = fleet.iter_mut().flat_map(|tail| &mut tail.installed);
         hindrances::tell(&mut transaction, operator, (&range.0, &range.1), installed).await?;
         Ok(fleet)
@@ -168,27 +173,38 @@ struct InstalledRow {
     forecast_from_fh: Option<f64>,
 }
 
+/// What is known of a component's life.
+#[derive(Default)]
+struct Judged {
+    began: Option<LifeBeginning>,
+    prognosis: Option<Prognosis>,
+    found_failed_fh: Option<f64>,
+    is_damaged: bool,
+}
+
 impl InstalledRow {
     fn installed(
         mut self,
         utilisation: Option<f64>,
         found_failed: &BTreeMap<Component, f64>,
     ) -> Result<Installed, StoreError> {
-        self.place.check()?;
-        self.life.check()?;
         let (component, pointer) = (self.life.component()?, self.life.pointer());
-        let prognosis = self.prognosis_row().map(|row| row.prognosis(&component, pointer)).transpose()?;
-        if prognosis.is_none() && self.life.prognosis_fence.is_some() {
-            return Err(corrupt(&("prognoses", &component, pointer.overhaul_index), "the served one is missing"));
-        }
+        let judged = match self.judged(&component, found_failed) {
+            Err(damage @ StoreError::Corrupt { .. }) => {
+                tracing::error!(error = %damage, "a component is listed without what is damaged of it");
+                Judged { is_damaged: true, ..Judged::default() }
+            }
+            judged => judged?,
+        };
         Ok(Installed {
             tail: parse(INSTALLATIONS, &self.place.tail)?,
             position: parse(INSTALLATIONS, &self.place.position)?,
             overhaul_index: count("lives", pointer.overhaul_index)?,
-            began: self.life.beginning()?,
+            began: judged.began,
             since: Timestamp::from_micros(self.place.from_at),
-            prognosis,
-            found_failed_fh: found_failed.get(&component).copied(),
+            prognosis: judged.prognosis,
+            found_failed_fh: judged.found_failed_fh,
+            is_damaged: judged.is_damaged,
             pending_uploads: count("inbox", self.pending)?,
             set_aside: SetAsideUploads::default(),
             before_overhaul: 0,
@@ -196,6 +212,26 @@ impl InstalledRow {
             part_number: component.part_number,
             serial_number: component.serial_number,
         })
+    }
+
+    /// What is known of a component's life, if none of it is damaged or missing.
+    fn judged(
+        &mut self,
+        component: &Component,
+        found_failed: &BTreeMap<Component, f64>,
+    ) -> Result<Judged, StoreError> {
+        self.place.check()?;
+        self.life.check()?;
+        let pointer = self.life.pointer();
+        let prognosis = self.prognosis_row().map(|row| row.prognosis(component, pointer)).transpose()?;
+        if prognosis.is_none() && self.life.prognosis_fence.is_some() {
+            return Err(corrupt(&("prognoses", component, pointer.overhaul_index), "the served one is missing"));
+        }
+        let found_failed_fh = found_failed.get(component).copied();
+        if found_failed_fh.is_some() != self.life.ended_by.is_some() {
+            return Err(corrupt(&("maintenance_events", &self.life.ended_by), "the end of a life cannot be read"));
+        }
+        Ok(Judged { began: self.life.beginning()?, prognosis, found_failed_fh, is_damaged: false })
     }
 
     /// The columns of the prognosis, if one is served.

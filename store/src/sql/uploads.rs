@@ -1,6 +1,8 @@
 //! Uploads as they came, and where they stand.
 
-use domain::{Component, ContentHash, OperatorId, Timestamp, Upload, UploadId};
+use std::collections::BTreeSet;
+
+use domain::{Component, ContentHash, OperatorId, TailNumber, Timestamp, Upload, UploadId};
 use futures_util::StreamExt;
 
 use super::{
@@ -485,6 +487,24 @@ pub(super) async fn each_in_time(
         see(upload.component(operator), upload);
     }
     Ok(())
+}
+
+/// The tails that an operator's uploads tell of, voided or not.
+pub(super) async fn tails(
+    connection: &mut Connection,
+    operator: &OperatorId,
+) -> Result<BTreeSet<TailNumber>, StoreError> {
+    let mut rows = sqlx::query_as::<_, UploadRow>(
+        "select operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum
+         from uploads where operator = $1",
+    )
+    .bind(operator.as_str())
+    .fetch(connection);
+    let mut tails = BTreeSet::new();
+    while let Some(row) = rows.next().await {
+        tails.insert(row?.upload()?.0.tail);
+    }
+    Ok(tails)
 }
 
 /// Checks every upload.

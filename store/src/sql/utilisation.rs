@@ -28,7 +28,7 @@ pub(super) async fn fh_per_day(
     operator: &OperatorId,
     tail: &TailNumber,
 ) -> Result<Option<f64>, StoreError> {
-    let periods = observed::periods_of_tail(connection, operator, tail).await?;
+    let periods = readable(observed::periods_of_tail(connection, operator, tail).await)?;
     over(connection, periods).await
 }
 
@@ -40,7 +40,7 @@ pub(super) async fn of_tails(
     last: &str,
 ) -> Result<BTreeMap<TailNumber, f64>, StoreError> {
     let mut by_tail: BTreeMap<TailNumber, Vec<TailPeriod>> = BTreeMap::new();
-    for period in observed::periods_of_tails(connection, operator, after, last).await? {
+    for period in readable(observed::periods_of_tails(connection, operator, after, last).await)? {
         by_tail.entry(period.tail.clone()).or_default().push(period);
     }
     let mut known = BTreeMap::new();
@@ -52,13 +52,33 @@ pub(super) async fn of_tails(
 
 /// Flight hours per day of the tail whose periods these are.
 async fn over(connection: &mut Connection, periods: Vec<TailPeriod>) -> Result<Option<f64>, StoreError> {
+    let spans = readable(readings(connection, periods).await)?;
+    Ok(pooled(&spans))
+}
+
+/// What was read; nothing where something of it is damaged: then it is not known how much is flown.
+fn readable<T>(read: Result<Vec<T>, StoreError>) -> Result<Vec<T>, StoreError> {
+    match read {
+        Err(damage @ StoreError::Corrupt { .. }) => {
+            tracing::error!(error = %damage, "tails are told without how much they fly");
+            Ok(Vec::new())
+        }
+        read => read,
+    }
+}
+
+/// The first and last readings of each period that reaches into the window.
+async fn readings(
+    connection: &mut Connection,
+    periods: Vec<TailPeriod>,
+) -> Result<Vec<(Reading, Reading)>, StoreError> {
     let mut ends = Vec::new();
     for period in periods {
         if let Some(last) = at_end(connection, &period, period.from_at, End::Last).await? {
             ends.push((period, last));
         }
     }
-    let Some(newest) = ends.iter().map(|(_, last)| last.at).max() else { return Ok(None) };
+    let Some(newest) = ends.iter().map(|(_, last)| last.at).max() else { return Ok(Vec::new()) };
     let begin = newest.micros() - WINDOW_US;
     let mut spans = Vec::new();
     for (period, last) in ends.iter().filter(|(_, last)| last.at.micros() >= begin) {
@@ -66,7 +86,7 @@ async fn over(connection: &mut Connection, periods: Vec<TailPeriod>) -> Result<O
             spans.push((first, *last));
         }
     }
-    Ok(pooled(&spans))
+    Ok(spans)
 }
 
 /// A component's hours at a time.

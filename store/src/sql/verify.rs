@@ -7,8 +7,8 @@ use futures_util::StreamExt;
 use sqlx::FromRow;
 
 use super::{
-    Connection, Database, Engine, checkpoints, events, history, models, priors, prognoses, sealing,
-    sensor_configurations, tokens, uploads,
+    Connection, Database, Engine, checkpoints, derivation, events, history, models, operators, priors, prognoses,
+    relations, sealing, sensor_configurations, tokens, uploads,
 };
 use crate::{DamagedRow, StoreError, Verification};
 
@@ -26,8 +26,11 @@ impl Engine {
     }
 
     async fn verify_tables(&self, results: bool) -> Result<Verification, StoreError> {
-        let (mut transaction, mut found) = (self.read_all().await?, Verification::default());
+        let mut found = Verification::default();
+        self.verify_structure(&mut found).await?;
+        let (now, mut transaction) = (self.now().await?, self.read_all().await?);
         models::verify(&mut transaction, &mut found).await?;
+        relations::verify_operators(&mut transaction, &mut found).await?;
         for wall in self.walls(&mut transaction).await? {
             self.enter(&mut transaction, &wall).await?;
             sources(&mut transaction, &mut found).await?;
@@ -36,9 +39,17 @@ impl Engine {
                 history::verify(&mut transaction, &mut found).await?;
                 checkpoints::verify_all(&mut transaction, &mut found).await?;
                 prognoses::verify(&mut transaction, &mut found).await?;
+                relations::verify(&mut transaction, now, &mut found).await?;
+                for operator in operators::names(&mut transaction).await? {
+                    derivation::verify(&mut transaction, &operator, &mut found).await?;
+                }
             }
         }
-        let Verification { tables, damaged } = &mut found;
+        if results {
+            let mut installation = self.read_installation().await?;
+            derivation::verify_installation(&mut installation, &mut found).await?;
+        }
+        let Verification { tables, damaged, .. } = &mut found;
         damaged.sort_by_key(|row| tables.iter().position(|(table, _)| *table == row.table));
         Ok(found)
     }

@@ -200,7 +200,7 @@ async fn check_durability(connection: &mut SqliteConnection) -> Result<(), Store
     Ok(())
 }
 
-async fn migrate(connection: &mut SqliteConnection) -> Result<(), StoreError> {
+pub(super) async fn migrate(connection: &mut SqliteConnection) -> Result<(), StoreError> {
     let mut migrator: Migrator = sqlx::migrate!("../migrations/sqlite");
     // A newer build may have added migrations that this one can live with: min_binary says so.
     migrator.set_ignore_missing(true);

@@ -3,6 +3,7 @@
 mod audit;
 mod checkpoints;
 mod correct;
+mod damage;
 mod finished;
 mod generations;
 mod history;
