@@ -17,6 +17,8 @@ use super::{
 use crate::{Installed, InstalledTail, LifeBeginning, SetAsideUploads, StoreError};
 
 const INSTALLATIONS: &str = "installations";
+/// Behind every tail.
+const LAST: &str = "\u{10ffff}";
 
 /// What is installed now at the places for which a condition holds, by tail and position.
 macro_rules! installed {
@@ -88,22 +90,24 @@ impl Engine {
     ) -> Result<Vec<InstalledTail>, StoreError> {
         let mut transaction = self.read(operator).await?;
         let after = after.map_or("", TailNumber::as_str);
-        let mut fleet = tails(&mut transaction, operator, after, limit)
-            .await?
-            .into_iter()
-            .map(|tail| InstalledTail { tail, installed: Vec::new() })
-            .collect::<Vec<_>>();
-        let (Some(first), Some(last)) = (fleet.first(), fleet.last()) else { return Ok(fleet) };
+        let listed = tail_rows(&mut transaction, operator, after, limit).await?;
+        let is_last_page = u32::try_from(listed.len()).is_ok_and(|listed| listed < limit);
+        let last = listed.last().filter(|_| !is_last_page).map_or(LAST, |row| &row.tail).to_owned();
+        let mut fleet: Vec<InstalledTail> = Vec::with_capacity(listed.len());
+        for row in listed {
+            match row.checked() {
+                Ok(row) => fleet.push(InstalledTail { tail: parse("tails", &row.tail)?, installed: Vec::new() }),
+                Err(damage) => tracing::error!(error = %damage, "a tail is listed only if something is installed on it"),
+            }
+        }
         let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.tail > $2 and i.tail <= $3"))
             .bind(operator.as_str())
             .bind(after)
-            .bind(last.tail.as_str())
+            .bind(&last)
             .fetch_all(&mut *transaction)
             .await?;
-        let utilisation = utilisation::of_tails(&mut transaction, operator, after, last.tail.as_str()).await?;
-        let found_failed =
-            endings::on_tails(&mut transaction, operator, first.tail.as_str(), last.tail.as_str()).await?;
-        let range = (first.tail.to_string(), last.tail.to_string());
+        let utilisation = utilisation::of_tails(&mut transaction, operator, after, &last).await?;
+        let found_failed = endings::on_tails(&mut transaction, operator, after, &last).await?;
         let mut by_tail: BTreeMap<TailNumber, Vec<Installed>> = BTreeMap::new();
         for row in rows {
             let tail = parse(INSTALLATIONS, &row.place.tail)?;
@@ -117,7 +121,7 @@ impl Engine {
         fleet.extend(by_tail.into_iter().map(|(tail, installed)| InstalledTail { tail, installed }));
         fleet.sort_by(|a, b| a.tail.cmp(&b.tail));
         let installed = fleet.iter_mut().flat_map(|tail| &mut tail.installed);
-        hindrances::tell(&mut transaction, operator, (&range.0, &range.1), installed).await?;
+        hindrances::tell(&mut transaction, operator, (after, &last), installed).await?;
         Ok(fleet)
     }
 
@@ -152,11 +156,20 @@ async fn tails(
     after: &str,
     limit: u32,
 ) -> Result<Vec<TailNumber>, StoreError> {
+    let rows = tail_rows(connection, operator, after, limit).await?;
+    rows.into_iter().map(|row| parse("tails", &row.checked()?.tail)).collect()
+}
+
+async fn tail_rows(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    after: &str,
+    limit: u32,
+) -> Result<Vec<TailRow>, StoreError> {
     let sql = "select operator, tail, checksum as tail_checksum from tails
                where operator = $1 and tail > $2 order by tail limit $3";
     let query = sqlx::query_as(sql).bind(operator.as_str()).bind(after).bind(i64::from(limit));
-    let tails: Vec<TailRow> = query.fetch_all(connection).await?;
-    tails.into_iter().map(|row| parse("tails", &row.checked()?.tail)).collect()
+    Ok(query.fetch_all(connection).await?)
 }
 
 #[derive(sqlx::FromRow)]
