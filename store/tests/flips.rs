@@ -87,11 +87,10 @@ async fn fate(url: &str, sound: &str) -> Fate {
 /// The pages of each table and index, and the size of a page.
 async fn pages(path: &Path) -> (Vec<(String, Vec<u64>)>, u64) {
     let mut connection = SqliteConnection::connect(&format!("sqlite:{}", path.display())).await.unwrap();
-    let rows: Vec<(String, i64)> =
-        sqlx::query_as("select name, pageno from dbstat order by name, pageno")
-            .fetch_all(&mut connection)
-            .await
-            .unwrap();
+    let rows: Vec<(String, i64)> = sqlx::query_as("select name, pageno from dbstat order by name, pageno")
+        .fetch_all(&mut connection)
+        .await
+        .unwrap();
     let size: i64 = sqlx::query_scalar("pragma page_size").fetch_one(&mut connection).await.unwrap();
     connection.close().await.unwrap();
     let mut pages: BTreeMap<String, Vec<u64>> = BTreeMap::new();

@@ -10,6 +10,14 @@ use domain::{Action, AuditRecord, OperatorId};
 use super::{Connection, audit, events, models, movements, observed, uploads};
 use crate::{DamagedRow, StoreError, Verification};
 
+/// All operators that have rows to derive from, as far as they can be seen.
+pub(super) async fn operators(connection: &mut Connection) -> Result<BTreeSet<OperatorId>, StoreError> {
+    let mut operators: BTreeSet<OperatorId> = super::operators::names(connection).await?.into_iter().collect();
+    // Whoever was given a token may have sent nothing.
+    operators.extend(audit::chains(connection).await?.iter().filter_map(|chain| chain.parse().ok()));
+    Ok(operators)
+}
+
 /// Derives what follows from the uploads, the events and the audit log of an operator.
 pub(super) async fn verify(
     connection: &mut Connection,
@@ -59,11 +67,8 @@ fn missing(
     wanted: &BTreeSet<String>,
     known: &BTreeSet<String>,
 ) {
-    let row = |name: &String| DamagedRow {
-        table,
-        row: format!("{operator}/{name}"),
-        detail: "it is missing".to_owned(),
-    };
+    let row =
+        |name: &String| DamagedRow { table, row: format!("{operator}/{name}"), detail: "it is missing".to_owned() };
     found.damaged.extend(wanted.difference(known).map(row));
 }
 
@@ -97,11 +102,7 @@ fn hash_name(bytes: &[u8]) -> String {
 }
 
 /// What an operator did, by its audit log, and what must be there since.
-async fn acts(
-    connection: &mut Connection,
-    operator: &OperatorId,
-    found: &mut Verification,
-) -> Result<(), StoreError> {
+async fn acts(connection: &mut Connection, operator: &OperatorId, found: &mut Verification) -> Result<(), StoreError> {
     let (mut uploads, mut events, mut tokens) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
     let mut configurations = BTreeSet::new();
     audit::each(connection, Some(operator), |record: AuditRecord| {
@@ -148,8 +149,7 @@ pub(super) async fn verify_installation(
         sqlx::query_as("select hash, active from bundles").fetch_all(&mut *connection).await?;
     let known: BTreeSet<String> = rows.iter().map(|(bytes, _)| hash_name(bytes)).collect();
     let activated = rows.iter().find(|(_, active)| *active == 1).map(|(bytes, _)| hash_name(bytes));
-    let published: Vec<Vec<u8>> =
-        sqlx::query_scalar("select mask_id from masks").fetch_all(&mut *connection).await?;
+    let published: Vec<Vec<u8>> = sqlx::query_scalar("select mask_id from masks").fetch_all(&mut *connection).await?;
     let published: BTreeSet<String> = published.iter().map(|bytes| hash_name(bytes)).collect();
     let bundles = models::readable(connection).await?;
     let masks = bundles.iter().flat_map(|bundle| &bundle.masks).map(|mask| mask.id().to_string());

@@ -181,8 +181,7 @@ pub(super) async fn defined(connection: &mut Connection, operator: &OperatorId) 
 
 /// The periods of an operator as they are stored.
 pub(super) async fn stored(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Period>, StoreError> {
-    let rows: Vec<PeriodRow> =
-        sqlx::query_as(periods!("true")).bind(operator.as_str()).fetch_all(connection).await?;
+    let rows: Vec<PeriodRow> = sqlx::query_as(periods!("true")).bind(operator.as_str()).fetch_all(connection).await?;
     rows.into_iter().map(PeriodRow::period).collect()
 }
 

@@ -73,83 +73,176 @@ macro_rules! without_component {
 }
 
 const RELATIONS: &[Relation] = &[
-    Relation { table: "uploads", detail: "it is missing, though its name is taken", sql: "
+    Relation {
+        table: "uploads",
+        detail: "it is missing, though its name is taken",
+        sql: "
         select k.operator || '/' || k.upload_id from upload_keys k
         where not exists (
           select 1 from uploads u
           where u.operator = k.operator and u.part_number = k.part_number and u.serial_number = k.serial_number
-            and u.recorded_at = k.recorded_at and u.upload_id = k.upload_id)" },
-    Relation { table: "upload_keys", detail: "it is missing, though its upload is there", sql: without_upload!("uploads") },
+            and u.recorded_at = k.recorded_at and u.upload_id = k.upload_id)",
+    },
+    Relation {
+        table: "upload_keys",
+        detail: "it is missing, though its upload is there",
+        sql: without_upload!("uploads"),
+    },
     Relation { table: "uploads", detail: "it is missing, though it waits", sql: without_upload!("inbox") },
     Relation { table: "uploads", detail: "it is missing, though it is set aside", sql: without_upload!("set_aside") },
     Relation { table: "uploads", detail: "it is missing, though it is excluded", sql: without_upload!("exclusions") },
     Relation { table: "uploads", detail: "it is missing, though it is voided", sql: without_upload!("voided") },
-    Relation { table: "maintenance_events", detail: "it is missing, though it is voided", sql: "
+    Relation {
+        table: "maintenance_events",
+        detail: "it is missing, though it is voided",
+        sql: "
         select k.operator || '/' || k.event_id from voided_events k
         where not exists (
           select 1 from maintenance_events e
           where e.operator = k.operator and e.event_id = k.event_id and e.part_number = k.part_number
-            and e.serial_number = k.serial_number)" },
-    Relation { table: "components", detail: "it is missing, though it has uploads", sql: without_component!("uploads") },
-    Relation { table: "components", detail: "it is missing, though it has events", sql: without_component!("maintenance_events") },
+            and e.serial_number = k.serial_number)",
+    },
+    Relation {
+        table: "components",
+        detail: "it is missing, though it has uploads",
+        sql: without_component!("uploads"),
+    },
+    Relation {
+        table: "components",
+        detail: "it is missing, though it has events",
+        sql: without_component!("maintenance_events"),
+    },
     Relation { table: "components", detail: "it is missing, though it has lives", sql: without_component!("lives") },
-    Relation { table: "components", detail: "it is missing, though it is queued", sql: without_component!("component_queue") },
-    Relation { table: "lives", detail: "its first life is missing", sql: of_component!("components", "
+    Relation {
+        table: "components",
+        detail: "it is missing, though it is queued",
+        sql: without_component!("component_queue"),
+    },
+    Relation {
+        table: "lives",
+        detail: "its first life is missing",
+        sql: of_component!(
+            "components",
+            "
         not exists (
           select 1 from lives l
           where l.operator = k.operator and l.part_number = k.part_number and l.serial_number = k.serial_number
-            and l.overhaul_index = 0)") },
-    Relation { table: "lives", detail: "there are not as many as its overhauls say", sql: concat!(
-        "select k.operator || '/' || k.part_number || '/' || k.serial_number from components k where ",
-        counted!("lives"),
-        " <> 1 + (
+            and l.overhaul_index = 0)"
+        ),
+    },
+    Relation {
+        table: "lives",
+        detail: "there are not as many as its overhauls say",
+        sql: concat!(
+            "select k.operator || '/' || k.part_number || '/' || k.serial_number from components k where ",
+            counted!("lives"),
+            " <> 1 + (
           select count(*) from maintenance_events e
           where e.operator = k.operator and e.part_number = k.part_number and e.serial_number = k.serial_number
             and e.kind = 'overhaul'
             and not exists (select 1 from voided_events v where v.operator = e.operator and v.event_id = e.event_id))"
-    ) },
-    Relation { table: "lives", detail: "it does not begin where its overhaul says", sql: of_component!("lives", "
+        ),
+    },
+    Relation {
+        table: "lives",
+        detail: "it does not begin where its overhaul says",
+        sql: of_component!(
+            "lives",
+            "
         k.overhaul_index > 0 and not exists (
           select 1 from maintenance_events e
           where e.operator = k.operator and e.event_id = k.began_by and e.part_number = k.part_number
             and e.serial_number = k.serial_number and e.kind = 'overhaul' and e.flight_hours = k.began_fh
             and e.occurred_at = k.began_at
-            and not exists (select 1 from voided_events v where v.operator = e.operator and v.event_id = e.event_id))") },
-    Relation { table: "generations", detail: "the one that answers is missing", sql: of_component!("lives", "
+            and not exists (select 1 from voided_events v where v.operator = e.operator and v.event_id = e.event_id))"
+        ),
+    },
+    Relation {
+        table: "generations",
+        detail: "the one that answers is missing",
+        sql: of_component!(
+            "lives",
+            "
         not exists (
           select 1 from generations g
           where g.operator = k.operator and g.part_number = k.part_number and g.serial_number = k.serial_number
-            and g.overhaul_index = k.overhaul_index and g.number = k.generation)") },
-    Relation { table: "generations", detail: "one before another is missing", sql: of_component!("generations", "
+            and g.overhaul_index = k.overhaul_index and g.number = k.generation)"
+        ),
+    },
+    Relation {
+        table: "generations",
+        detail: "one before another is missing",
+        sql: of_component!(
+            "generations",
+            "
         k.number > 1 and not exists (
           select 1 from generations g
           where g.operator = k.operator and g.part_number = k.part_number and g.serial_number = k.serial_number
-            and g.overhaul_index = k.overhaul_index and g.number = k.number - 1)") },
-    Relation { table: "lives", detail: "it is missing, though it has a generation", sql: of_component!("generations", "
+            and g.overhaul_index = k.overhaul_index and g.number = k.number - 1)"
+        ),
+    },
+    Relation {
+        table: "lives",
+        detail: "it is missing, though it has a generation",
+        sql: of_component!(
+            "generations",
+            "
         not exists (
           select 1 from lives l
           where l.operator = k.operator and l.part_number = k.part_number and l.serial_number = k.serial_number
-            and l.overhaul_index = k.overhaul_index)") },
-    Relation { table: "prognoses", detail: "the one that is served is missing", sql: of_component!("lives", "
+            and l.overhaul_index = k.overhaul_index)"
+        ),
+    },
+    Relation {
+        table: "prognoses",
+        detail: "the one that is served is missing",
+        sql: of_component!(
+            "lives",
+            "
         k.prognosis_fence is not null and not exists (
           select 1 from prognoses p
           where p.operator = k.operator and p.part_number = k.part_number and p.serial_number = k.serial_number
             and p.overhaul_index = k.overhaul_index and p.generation = k.generation and p.fence = k.prognosis_fence
-            and p.withdrawn_at is null)") },
-    Relation { table: "estimates", detail: "there are not as many as its uploads say", sql: concat!(
-        "select k.operator || '/' || k.part_number || '/' || k.serial_number from components k where (
+            and p.withdrawn_at is null)"
+        ),
+    },
+    Relation {
+        table: "estimates",
+        detail: "there are not as many as its uploads say",
+        sql: concat!(
+            "select k.operator || '/' || k.part_number || '/' || k.serial_number from components k where (
           select count(*) from estimates e join lives l
             on l.operator = e.operator and l.part_number = e.part_number and l.serial_number = e.serial_number
            and l.overhaul_index = e.overhaul_index and l.generation = e.generation
           where e.operator = k.operator and e.part_number = k.part_number and e.serial_number = k.serial_number)
-        + ", counted!("inbox"), " + ", counted!("set_aside"), " + ", counted!("voided"), " <> ", counted!("uploads")
-    ) },
-    Relation { table: "component_queue", detail: "it does not wait, though its uploads do", sql: of_component!("inbox", "
+        + ",
+            counted!("inbox"),
+            " + ",
+            counted!("set_aside"),
+            " + ",
+            counted!("voided"),
+            " <> ",
+            counted!("uploads")
+        ),
+    },
+    Relation {
+        table: "component_queue",
+        detail: "it does not wait, though its uploads do",
+        sql: of_component!(
+            "inbox",
+            "
         not exists (
           select 1 from component_queue q
           where q.operator = k.operator and q.part_number = k.part_number and q.serial_number = k.serial_number
-            and q.input_revision > q.processed_revision)") },
-    Relation { table: "component_queue", detail: "its numbers contradict each other", sql: of_component!("component_queue", "
+            and q.input_revision > q.processed_revision)"
+        ),
+    },
+    Relation {
+        table: "component_queue",
+        detail: "its numbers contradict each other",
+        sql: of_component!(
+            "component_queue",
+            "
         k.processed_revision < 0 or k.input_revision < k.processed_revision or k.attempts < 0 or k.fence < 0
         or exists (
           select 1 from lives l
@@ -158,14 +251,24 @@ const RELATIONS: &[Relation] = &[
         or exists (
           select 1 from prognoses p
           where p.operator = k.operator and p.part_number = k.part_number and p.serial_number = k.serial_number
-            and p.fence > k.fence)") },
-    Relation { table: "sensor_configurations", detail: "it is missing, though it is in force", sql: "
+            and p.fence > k.fence)"
+        ),
+    },
+    Relation {
+        table: "sensor_configurations",
+        detail: "it is missing, though it is in force",
+        sql: "
         select k.operator || '/' || k.tail from tail_sensor_configurations k
         where not exists (
-          select 1 from sensor_configurations c where c.operator = k.operator and c.hash = k.hash)" },
-    Relation { table: "bundles", detail: "one that judges lives is missing", sql: "
+          select 1 from sensor_configurations c where c.operator = k.operator and c.hash = k.hash)",
+    },
+    Relation {
+        table: "bundles",
+        detail: "one that judges lives is missing",
+        sql: "
         select distinct k.operator from generations k
-        where not exists (select 1 from bundles b where b.hash = k.model)" },
+        where not exists (select 1 from bundles b where b.hash = k.model)",
+    },
 ];
 
 /// Looks for rows that are missing, and for rows that contradict others.

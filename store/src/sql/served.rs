@@ -97,7 +97,9 @@ impl Engine {
         for row in listed {
             match row.checked() {
                 Ok(row) => fleet.push(InstalledTail { tail: parse("tails", &row.tail)?, installed: Vec::new() }),
-                Err(damage) => tracing::error!(error = %damage, "a tail is listed only if something is installed on it"),
+                Err(damage) => {
+                    tracing::error!(error = %damage, "a tail is listed only if something is installed on it")
+                }
             }
         }
         let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.tail > $2 and i.tail <= $3"))
@@ -228,11 +230,7 @@ impl InstalledRow {
     }
 
     /// What is known of a component's life, if none of it is damaged or missing.
-    fn judged(
-        &mut self,
-        component: &Component,
-        found_failed: &BTreeMap<Component, f64>,
-    ) -> Result<Judged, StoreError> {
+    fn judged(&mut self, component: &Component, found_failed: &BTreeMap<Component, f64>) -> Result<Judged, StoreError> {
         self.place.check()?;
         self.life.check()?;
         let pointer = self.life.pointer();

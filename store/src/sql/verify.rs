@@ -7,8 +7,8 @@ use futures_util::StreamExt;
 use sqlx::FromRow;
 
 use super::{
-    Connection, Database, Engine, checkpoints, derivation, events, history, models, operators, priors, prognoses,
-    relations, sealing, sensor_configurations, tokens, uploads,
+    Connection, Database, Engine, checkpoints, derivation, events, history, models, priors, prognoses, relations,
+    sealing, sensor_configurations, tokens, uploads,
 };
 use crate::{DamagedRow, StoreError, Verification};
 
@@ -40,7 +40,7 @@ impl Engine {
                 checkpoints::verify_all(&mut transaction, &mut found).await?;
                 prognoses::verify(&mut transaction, &mut found).await?;
                 relations::verify(&mut transaction, now, &mut found).await?;
-                for operator in operators::names(&mut transaction).await? {
+                for operator in derivation::operators(&mut transaction).await? {
                     derivation::verify(&mut transaction, &operator, &mut found).await?;
                 }
             }

@@ -2,7 +2,13 @@ use std::collections::BTreeSet;
 
 use store::Store;
 
-use crate::fixture::{Database, component, everything::{everything, make_anew}, operator, raw::Raw, tail};
+use crate::fixture::{
+    Database, component,
+    everything::{everything, make_anew},
+    operator,
+    raw::Raw,
+    tail,
+};
 
 /// Tables whose rows no answer rests on, and those that say themselves what they are.
 const UNSEALED: [&str; 3] = ["schema_info", "component_queue", "lesson_claims"];
@@ -75,7 +81,8 @@ async fn a_row_that_vanished_is_told() {
         raw.execute(&format!("create temp table saved as select * from {table}")).await.unwrap();
         // The last one: the first estimates are of a generation that answers no longer.
         let order = key.replace(", ", " desc, ") + " desc";
-        let delete = format!("delete from {table} where ({key}) in (select {key} from {table} order by {order} limit 1)");
+        let delete =
+            format!("delete from {table} where ({key}) in (select {key} from {table} order by {order} limit 1)");
         assert_eq!(raw.execute(&delete).await.unwrap(), 1, "{delete}");
         assert!(!told(&store).await.is_empty(), "{delete}");
         raw.execute(&format!("delete from {table}")).await.unwrap();
