@@ -1,7 +1,7 @@
 //! What follows from other rows, derived once more and compared with what is stored.
 //!
-//! It finds what no checksum can: a row that is missing, or one that was never right. Uploads are read one after the other;
-//! in memory are an operator's installations, and the names of what was voided and created.
+//! It finds what no checksum can: a row that is missing, or one that was never right. Uploads are read one after the
+//! other; in memory are an operator's installations, and the names of what was voided and created.
 
 use std::{collections::BTreeSet, fmt::Debug};
 

@@ -31,8 +31,8 @@ impl LifePointer {
 }
 
 sealed! {
-    /// A life of a component: which generation answers, the fence of the prognosis that is served, the event that is its
-    /// failure, and the overhaul with which it began.
+    /// A life of a component: which generation answers, the fence of the prognosis that is served, the event that is
+    /// its failure, and the overhaul with which it began.
     LifeRow of "lives", checksum "life_checksum",
     key { operator: String, part_number: String, serial_number: String, overhaul_index: i64 }
     columns {
@@ -387,8 +387,8 @@ pub(super) async fn serve_prognosis(
 }
 
 /// Mends the lives of a component whose checksum does not hold, by what follows from events and prognoses: which event
-/// ends each, and which prognosis is served. The checksum itself tells whether that was all; if it does not, only a life
-/// whose other columns can have no other values is taken for mended.
+/// ends each, and which prognosis is served. The checksum itself tells whether that was all; if it does not, only a
+/// life whose other columns can have no other values is taken for mended.
 pub(super) async fn mend(
     connection: &mut Connection,
     component: &Component,

@@ -123,7 +123,8 @@ pub(super) async fn revoke(
     Ok(revision)
 }
 
-/// Mends the numbers of a component's row, whatever they are, so that it waits and no name of a prognosis is given twice.
+/// Mends the numbers of a component's row, whatever they are, so that it waits and no name of a prognosis is given
+/// twice.
 pub(super) async fn mend(connection: &mut Connection, component: &Component, now: Timestamp) -> Result<(), StoreError> {
     sqlx::query(
         "update component_queue set

@@ -1,8 +1,9 @@
 //! What tables say of each other: rows that are missing, or that contradict the rows they follow from.
 //!
-//! Card. *What:* a checksum tells a row that was changed; one that vanished is told by the rows that rest on it or that it
-//! rests on. *Rule:* each statement names rows that should be there and are not, or that are not what they should be; none is
-//! named in a sound database, whatever happens to it meanwhile, because all is read as of one moment.
+//! Card. *What:* a checksum tells a row that was changed; one that vanished is told by the rows that rest on it or
+//! that it rests on. *Rule:* each statement names rows that should be there and are not, or that are not what they
+//! should be; none is named in a sound database, whatever happens to it meanwhile, because all is read as of one
+//! moment.
 
 use domain::{Timestamp, time::DAY_US};
 

@@ -1,8 +1,8 @@
 //! Checksums for the rows that were there before there were any.
 //!
-//! Card. *What:* once, when a schema that knows no checksums is brought up to date. *Rule:* table by table, some rows in a
-//! transaction; a row that has its checksum is left alone, so what was interrupted goes on where it was. *Afterwards:*
-//! `schema_info` says that all rows are sealed, and one without a checksum is damaged.
+//! Card. *What:* once, when a schema that knows no checksums is brought up to date. *Rule:* table by table, some rows
+//! in a transaction; a row that has its checksum is left alone, so what was interrupted goes on where it was.
+//! *Afterwards:* `schema_info` says that all rows are sealed, and one without a checksum is damaged.
 
 use super::{
     Connection, anchors,
