@@ -19,7 +19,7 @@ use fixture::{
     Database, HandClock, LEASE, bundle, bundle_body, by_hand, component, day, drain, later_upload, life_inputs,
     operator, results, states, upload,
 };
-use sqlx::{AssertSqlSafe, Connection, Executor, PgConnection, Row};
+use sqlx::{AssertSqlSafe, Connection, Executor, PgConnection, Row, migrate::Migrator};
 use store::{Clock, Completion, Options, Receipt, Store, StoreError};
 use tests::postgres::{Cluster, TestDatabase};
 use tokio::{task::JoinSet, time::timeout};
@@ -71,6 +71,49 @@ async fn a_schema_that_excludes_this_build_is_refused_and_one_that_does_not_is_s
     execute(&cluster.owner_url(), "update schema_info set min_binary = 1, version = 1").await;
     let refused = refusal(&cluster.service_url()).await;
     assert!(matches!(refused, StoreError::OlderSchema { version: 1, .. }), "{refused:?}");
+}
+
+/// The migrations from before rows had checksums.
+const BEFORE_CHECKSUMS: [&str; 5] = [
+    "0001_initial.sql",
+    "0002_credentials.sql",
+    "0003_component_lives.sql",
+    "0004_generations.sql",
+    "0005_lesson_claims.sql",
+];
+
+#[tokio::test]
+async fn rows_from_before_checksums_get_them_and_a_build_that_knows_none_is_refused() {
+    let Some(old) = TestDatabase::create_empty().await else { return };
+    let folder = tempfile::tempdir().unwrap();
+    for migration in BEFORE_CHECKSUMS {
+        std::fs::copy(format!("../migrations/postgres/{migration}"), folder.path().join(migration)).unwrap();
+    }
+    let mut owner = connect(&old.owner_url()).await;
+    Migrator::new(folder.path()).await.unwrap().run_direct(None, &mut owner, false).await.unwrap();
+    for row in [
+        "insert into operators (operator, enrolled_at) values ('default', 1), ('elsewhere', 2)",
+        "insert into tails (operator, tail) values ('default', 'EC-MXA'), ('elsewhere', 'EC-MXB')",
+    ] {
+        execute(&old.superuser_url(), row).await;
+    }
+    Store::migrate(&old.owner_url(), Some(old.service_role())).await.unwrap();
+    let store = Store::open(&old.service_url(), Options::default()).await.unwrap();
+    for (name, tail) in [("default", "EC-MXA"), ("elsewhere", "EC-MXB")] {
+        let tails = store.tails(&name.parse().unwrap(), None, 10).await.unwrap();
+        assert_eq!(tails, [tail.parse().unwrap()]);
+    }
+    assert_eq!(store.verify().await.unwrap().damaged, []);
+    store.register_bundle(&bundle("one"), &bundle_body("one"), by_hand(0.0)).await.unwrap();
+    store.activate_bundle(&bundle("one").hash, by_hand(0.0)).await.unwrap();
+    store.accept(&operator(), upload("u", "0001"), day(0.0)).await.unwrap();
+    let mut superuser = connect(&old.superuser_url()).await;
+    for write in
+        ["insert into tails (operator, tail) values ('default', 'EC-OLD')", "update lives set ended_by = 'end'"]
+    {
+        let refused = superuser.execute(write).await;
+        assert!(refused.is_err(), "{write}: {refused:?}");
+    }
 }
 
 #[tokio::test]

@@ -404,6 +404,7 @@ async fn a_database_of_the_first_schema_keeps_its_rows_and_its_answers() {
     let retried = store.retry_upload(&operator(), &"aside".parse().unwrap(), by_hand(8.0)).await.unwrap();
     assert_eq!(retried, Some(Retrial::Retried));
     assert_eq!(served(&store).await.unwrap(), expected);
+    assert_eq!(store.verify().await.unwrap().damaged, [], "its rows have their checksums");
     drain(&store).await;
     assert_eq!(state("aside").await, UploadState::Processed);
 }
