@@ -115,8 +115,13 @@ async fn a_flipped_bit_is_told_or_harms_nothing() {
     let mut fates: BTreeMap<Fate, Vec<String>> = BTreeMap::new();
     for _ in 0..flips {
         let (name, of_table) = &pages[draw(pages.len())];
-        let begin = (of_table[draw(of_table.len())] - 1) * page_size;
-        let (byte, bit) = (begin as usize + draw(page_size as usize), draw(8));
+        let begin = ((of_table[draw(of_table.len())] - 1) * page_size) as usize;
+        // Most of a page of a small table is nothing but zeros.
+        let mut byte = begin + draw(page_size as usize);
+        while whole[byte] == 0 && draw(20) > 0 {
+            byte = begin + draw(page_size as usize);
+        }
+        let bit = draw(8);
         let mut flipped = whole.clone();
         flipped[byte] ^= 1 << bit;
         fs::write(&copy, flipped).unwrap();
