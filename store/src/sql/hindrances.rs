@@ -31,7 +31,10 @@ pub(super) async fn tell<'a>(
         }
         let began_at = one.began.as_ref().map_or(i64::MIN, |began| began.occurred_at.micros());
         if one.set_aside.count > 0 {
-            one.set_aside.newest = newest(connection, &component, began_at).await?;
+            match newest(connection, &component, began_at).await {
+                Err(StoreError::Corrupt { .. }) => one.is_damaged = true,
+                newest => one.set_aside.newest = newest?,
+            }
         }
         if let Some(began) = &one.began {
             one.before_overhaul = before(connection, &component, began.flight_hours, began_at).await?;
@@ -95,8 +98,8 @@ async fn on_tails(
     for row in rows {
         let known = told.entry(row.key.component("uploads_set_aside")?).or_default();
         known.count += count::<u64>("uploads_set_aside", row.uploads)?;
-        // The most frequent one comes last.
-        known.reason = Some(aside::reason_of(&row.reason)?);
+        // The most frequent one comes last. (A damaged one is told where its row is read.)
+        known.reason = aside::reason_of(&row.reason).ok().or(known.reason);
     }
     Ok(told)
 }
