@@ -93,6 +93,7 @@ const RELATIONS: &[Relation] = &[
     Relation { table: "uploads", detail: "it is missing, though it is set aside", sql: without_upload!("set_aside") },
     Relation { table: "uploads", detail: "it is missing, though it is excluded", sql: without_upload!("exclusions") },
     Relation { table: "uploads", detail: "it is missing, though it is voided", sql: without_upload!("voided") },
+    Relation { table: "uploads", detail: "it is missing, though it was tried again", sql: without_upload!("retried") },
     Relation {
         table: "maintenance_events",
         detail: "it is missing, though it is voided",
