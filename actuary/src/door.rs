@@ -11,6 +11,7 @@ use anyhow::Result;
 use clap::{Args, builder::FalseyValueParser};
 use server::{HostName, Tls, TlsFiles};
 use store::Store;
+use tokio::signal::unix::Signal;
 
 use crate::{clock::Clock, exit::Failure};
 
@@ -124,21 +125,17 @@ impl Door {
         ))
         .into())
     }
-
-    /// `http` or `https`.
-    pub fn scheme(&self) -> &'static str {
-        if self.tls.is_some() { "https" } else { "http" }
-    }
 }
 
-/// Reads the files of TLS again at each SIGHUP, for ever.
-pub async fn reload_at_hangup(tls: Tls) {
-    use tokio::signal::unix::{SignalKind, signal};
-    let Ok(mut hangups) = signal(SignalKind::hangup()) else { return };
+/// Reads the files of TLS again at each SIGHUP, for ever; without TLS there is nothing to read, and the service goes on.
+pub async fn heed_hangups(mut hangups: Signal, tls: Option<Tls>) {
     while hangups.recv().await.is_some() {
-        match tls.reload() {
-            Ok(()) => tracing::info!("the files of TLS were read again"),
-            Err(error) => tracing::error!(%error, "the files of TLS cannot be read again: what was in force stays"),
+        match tls.as_ref().map(Tls::reload) {
+            None => tracing::warn!("SIGHUP changes nothing: this process has no files of TLS to read again"),
+            Some(Ok(())) => tracing::info!("the files of TLS were read again"),
+            Some(Err(error)) => {
+                tracing::error!(%error, "the files of TLS cannot be read again: what was in force stays");
+            }
         }
     }
 }

@@ -7,11 +7,13 @@ mod command;
 mod database;
 mod default_model;
 mod door;
+mod environment;
 mod exit;
 mod files;
 mod health;
 mod hindsight;
 mod http;
+mod interrupt;
 mod progress;
 mod say;
 mod scorer;
@@ -23,7 +25,7 @@ mod work;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::command::{
     backtest, backup, demo, diagnose, due, healthcheck, loads, migrate, model, rebuild, restore, serve, simulate,
@@ -66,6 +68,10 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return exit::usage(&error),
     };
+    environment::note_misspelt(&Cli::command());
+    if let Err(error) = interrupt::watch() {
+        return exit::code(Err(anyhow::Error::new(error).context("cannot listen for signals")));
+    }
     let outcome = match cli.command {
         Command::Backtest(arguments) => backtest::run(arguments),
         Command::Backup(arguments) => backup::run(&arguments),

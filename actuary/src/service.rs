@@ -4,6 +4,7 @@
 use std::{io, net::SocketAddr, num::NonZeroUsize, sync::Arc, thread::available_parallelism, time::Duration};
 
 use anyhow::{Context, Result, anyhow};
+use server::Tls;
 use store::Store;
 use tokio::{net::TcpListener, runtime::Runtime, task::JoinSet, time::timeout};
 use tokio_util::sync::CancellationToken;
@@ -12,8 +13,9 @@ use crate::{
     clock::Clock,
     database::Database,
     default_model,
-    door::{Door, reload_at_hangup},
+    door::{Door, heed_hangups},
     exit::Failure,
+    interrupt::{hangups, interrupted},
     say::say,
     scorer::IssuedScorer,
 };
@@ -82,7 +84,7 @@ pub struct Service {
     pub api: Option<SocketAddr>,
     /// Where it answers probes besides.
     pub probes: Option<SocketAddr>,
-    scheme: &'static str,
+    tls: Option<Tls>,
     shutdown: CancellationToken,
     parts: JoinSet<()>,
 }
@@ -100,11 +102,11 @@ impl Service {
             store: store.clone(),
             api: address(api_listener.as_ref())?,
             probes: address(probes_listener.as_ref())?,
-            scheme: "http",
+            tls: None,
             shutdown: CancellationToken::new(),
             parts: JoinSet::new(),
         };
-        let Self { scheme, shutdown, parts, .. } = &mut service;
+        let Self { tls, shutdown, parts, .. } = &mut service;
         let clock = settings.clock;
         if let (Some(listener), Some(api)) = (api_listener, settings.api) {
             api.door.must_be_guarded(&store).await?;
@@ -120,14 +122,10 @@ impl Service {
                 metrics: metrics.clone(),
             };
             let stopped = shutdown.clone().cancelled_owned();
-            *scheme = api.door.scheme();
+            tls.clone_from(&api.door.tls);
             match api.door.tls {
                 None => parts.spawn(server::serve(listener, state, stopped)),
-                Some(tls) => {
-                    // It does nothing that a stop would have to wait for.
-                    tokio::spawn(reload_at_hangup(tls.clone()));
-                    parts.spawn(server::serve_tls(listener, tls, state, stopped))
-                }
+                Some(tls) => parts.spawn(server::serve_tls(listener, tls, state, stopped)),
             };
         }
         if let Some(listener) = probes_listener {
@@ -141,19 +139,24 @@ impl Service {
     }
 
     /// Says on standard output where it answers, one line each.
-    pub fn announce(&self) {
+    fn announce(&self) {
         if let Some(address) = self.api {
-            say!("listening on {}://{address}", self.scheme);
+            say!("listening on {}://{address}", if self.tls.is_some() { "https" } else { "http" });
         }
         if let Some(address) = self.probes {
             say!("probes on http://{address}");
         }
     }
 
-    /// Runs until the process is told to stop, or until a part of it ends before.
+    /// Says where it answers, and runs until the process is told to stop, or until a part of it ends before.
     pub async fn run(mut self) -> Result<()> {
+        // Whoever reads where it answers may send it signals.
+        let told_to_stop = interrupted();
+        // It does nothing that a stop would have to wait for.
+        tokio::spawn(heed_hangups(hangups()?, self.tls.clone()));
+        self.announce();
         let ended = tokio::select! {
-            () = interrupted() => Ok(()),
+            () = told_to_stop => Ok(()),
             Some(ended) = self.parts.join_next() => Err(match ended {
                 Ok(()) => anyhow!("a part of the service ended"),
                 Err(error) => anyhow!(error).context("a part of the service ended"),
@@ -194,21 +197,6 @@ pub fn on_runtime(process: impl Future<Output = Result<()>>) -> Result<()> {
     let outcome = runtime.block_on(process);
     runtime.shutdown_background();
     outcome
-}
-
-/// Ends at SIGINT or SIGTERM.
-pub async fn interrupted() {
-    use tokio::signal::unix::{SignalKind, signal};
-    let terminated = async {
-        match signal(SignalKind::terminate()) {
-            Ok(mut signal) => signal.recv().await,
-            Err(_) => std::future::pending().await,
-        }
-    };
-    tokio::select! {
-        _ = terminated => {}
-        _ = tokio::signal::ctrl_c() => {}
-    }
 }
 
 async fn bind(address: Option<SocketAddr>) -> Result<Option<TcpListener>> {

@@ -8,7 +8,7 @@ use domain::{BundleSummary, ContentHash, FaultModel, Invalid, Mask, json};
 use ema::motor::Motor;
 use prognosis::{prior::FleetPrior, surrogate::Surrogate};
 use reduction::{GappyPod, ReductionError, SelfOrganisingMap};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{ChainSettings, LoadModel, Metrics, Prior};
 
@@ -73,7 +73,7 @@ pub struct Provenance {
 pub enum BundleError {
     /// Not the JSON of a bundle.
     #[error("not a model bundle: {0}")]
-    Malformed(#[from] serde_json::Error),
+    Malformed(String),
     /// A bundle of another layout.
     #[error("format {0} is not the one that this version reads ({FORMAT})")]
     Format(u32),
@@ -147,6 +147,15 @@ impl Bundle {
     }
 }
 
+/// A document; what is wrong with it is told with its path.
+fn read<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, BundleError> {
+    let mut reader = serde_json::Deserializer::from_slice(json::without_mark(bytes));
+    let document = serde_path_to_error::deserialize(json::Strict(&mut reader));
+    let document = document.map_err(|error| BundleError::Malformed(error.to_string()))?;
+    reader.end().map_err(|error| BundleError::Malformed(error.to_string()))?;
+    Ok(document)
+}
+
 /// A bundle made ready for use.
 #[derive(Debug)]
 pub struct Model {
@@ -173,11 +182,11 @@ impl Model {
         struct Header {
             format: u32,
         }
-        let header: Header = json::from_slice(bytes)?;
+        let header: Header = read(bytes)?;
         if header.format != FORMAT {
             return Err(BundleError::Format(header.format));
         }
-        let bundle: Bundle = json::from_slice(bytes)?;
+        let bundle: Bundle = read(bytes)?;
         bundle.check()?;
         let mut model = Self {
             hash: ContentHash::of(bytes),

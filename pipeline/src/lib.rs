@@ -17,6 +17,7 @@ mod movement;
 mod outlook;
 mod prior;
 mod rehearsal;
+mod sense;
 mod training;
 
 pub use bundle::{Bundle, BundleError, Model, Provenance};

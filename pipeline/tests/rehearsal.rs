@@ -56,5 +56,5 @@ fn parts_that_do_not_work_together_fail_the_rehearsal() {
         Err(error) => error.to_string(),
         Ok(model) => model.rehearse().unwrap_err().to_string(),
     };
-    assert!(refused.contains("do not fit together"), "{refused}");
+    assert!(refused.contains("#/with_load_ratio/mlp/output/0: 15 values where 14 are expected"), "{refused}");
 }

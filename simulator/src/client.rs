@@ -41,14 +41,12 @@ pub struct Heard {
 }
 
 impl Client {
-    /// A client of the service at `url`, such as `http://127.0.0.1:8080`; `http` knows by what to be admitted there.
-    pub fn new(http: reqwest::Client, url: &str) -> Result<Self, FleetError> {
-        let refuse = |reason: String| FleetError::BadUrl { url: url.to_owned(), reason };
-        let mut base: Url = url.parse().map_err(|error| refuse(format!("{error}")))?;
+    /// A client of the service at `base`, such as `http://127.0.0.1:8080`; `http` knows by what to be admitted there.
+    pub fn new(http: reqwest::Client, mut base: Url) -> Self {
         if !base.path().ends_with('/') {
             base.set_path(&format!("{}/", base.path()));
         }
-        Ok(Self { http, base })
+        Self { http, base }
     }
 
     /// The first mask of the active bundle, as bins of a map of `map_length`.
@@ -98,10 +96,11 @@ impl Client {
 
     /// Sends what has a name, and tries again as long as the service is overloaded or away.
     async fn post(&self, path: &str, name: &str, body: &impl Serialize) -> Result<Sent, FleetError> {
-        let url = self.url(path)?;
+        let url = self.url(path);
         let mut pause = FIRST_PAUSE;
-        for _ in 0..ATTEMPTS {
-            match self.http.post(url.clone()).json(body).send().await {
+        let mut attempts = 0;
+        loop {
+            let failed = match self.http.post(url.clone()).json(body).send().await {
                 Ok(answer) if matches!(answer.status(), StatusCode::ACCEPTED | StatusCode::CREATED) => {
                     return Ok(Sent::Accepted);
                 }
@@ -109,17 +108,20 @@ impl Client {
                 Ok(answer) if answer.status().is_client_error() && answer.status() != StatusCode::TOO_MANY_REQUESTS => {
                     return Err(refusal(name, answer).await);
                 }
-                Ok(_) | Err(_) => {}
+                Ok(answer) => FleetError::Overloaded(answer.status()),
+                Err(error) => self.unreachable(error),
+            };
+            attempts += 1;
+            if attempts == ATTEMPTS {
+                return Err(failed);
             }
             tokio::time::sleep(pause).await;
             pause = (2 * pause).min(LONGEST_PAUSE);
         }
-        Err(FleetError::NotReachable { url: self.base.to_string() })
     }
 
     async fn get<T: DeserializeOwned>(&self, path: &str) -> Result<Option<T>, FleetError> {
-        let unreachable = |_| FleetError::NotReachable { url: self.base.to_string() };
-        let answer = self.http.get(self.url(path)?).send().await.map_err(unreachable)?;
+        let answer = self.http.get(self.url(path)).send().await.map_err(|error| self.unreachable(error))?;
         match answer.status() {
             StatusCode::NOT_FOUND => Ok(None),
             StatusCode::OK => answer.json().await.map(Some).map_err(|error| FleetError::BadAnswer(error.to_string())),
@@ -128,9 +130,12 @@ impl Client {
         }
     }
 
-    fn url(&self, path: &str) -> Result<Url, FleetError> {
-        let refuse = |error| FleetError::BadUrl { url: path.to_owned(), reason: format!("{error}") };
-        self.base.join(path).map_err(refuse)
+    fn url(&self, path: &str) -> Url {
+        self.base.join(path).expect("a path of checked names")
+    }
+
+    fn unreachable(&self, error: reqwest::Error) -> FleetError {
+        FleetError::NotReachable { url: self.base.clone(), error }
     }
 }
 

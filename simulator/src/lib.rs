@@ -18,24 +18,23 @@ pub use plan::{FH_PER_DAY, FleetPlan, Upkeep};
 pub use truth::{Truth, write_truth};
 
 use domain::Invalid;
+use reqwest::{StatusCode, Url};
 
 /// Why the fleet cannot fly.
 #[derive(Debug, thiserror::Error)]
 pub enum FleetError {
-    /// The service's address is no URL.
-    #[error("{url:?} is not the address of a service: {reason}")]
-    BadUrl {
-        /// What was given.
-        url: String,
-        /// What is wrong with it.
-        reason: String,
-    },
     /// Nobody answers.
-    #[error("no service answers at {url}")]
+    #[error("no service answers")]
     NotReachable {
-        /// The service's address.
-        url: String,
+        /// The service's address, which may hold secrets.
+        url: Url,
+        /// Why not.
+        #[source]
+        error: reqwest::Error,
     },
+    /// The service is there, but takes nothing.
+    #[error("the service takes nothing: it answers {0} again and again")]
+    Overloaded(StatusCode),
     /// The service has no active bundle, so there is no mask to sample by.
     #[error("the service has no active model")]
     NoModel,

@@ -24,7 +24,7 @@ pub struct Truth<'a> {
 }
 
 /// Writes one row per unit: `tail,position,part_number,serial_number,life,flight_hours,t_failure_fh`.
-pub fn write_truth<'a>(units: impl Iterator<Item = Truth<'a>>, out: &mut impl Write) -> io::Result<()> {
+pub fn write_truth<'a>(units: impl Iterator<Item = Truth<'a>>, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "tail,position,part_number,serial_number,life,flight_hours,t_failure_fh")?;
     for unit in units {
         let Truth { tail, position, part_number, serial_number, life, flight_hours, failure_fh } = unit;

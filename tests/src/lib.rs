@@ -45,6 +45,12 @@ pub fn digest(database_url: &str) -> String {
     said.lines().find(is_digest).unwrap_or_else(|| panic!("no digest: {said}")).to_owned()
 }
 
+/// Sends a process a signal, such as `STOP`.
+pub fn signal(id: u32, name: &str) {
+    let sent = Command::new("kill").args(["-s", name, &id.to_string()]).status().expect("kill is there");
+    assert!(sent.success(), "signal {name} to process {id}");
+}
+
 /// A service, or a worker with probes, in a process of its own; killed without warning when dropped.
 pub struct Service {
     child: Child,
@@ -77,9 +83,7 @@ impl Service {
 
     /// Sends it a signal, such as `STOP`.
     pub fn signal(&self, name: &str) {
-        let id = self.child.id().to_string();
-        let sent = Command::new("kill").args(["-s", name, &id]).status().expect("kill is there");
-        assert!(sent.success(), "signal {name} to process {id}");
+        signal(self.child.id(), name);
     }
 
     /// SIGTERM; how it ended, and after how long.

@@ -311,7 +311,7 @@ fn bad_files_are_refused_in_one_line() {
     let rows = |rows: &str| bench.file("bad.csv", &format!("{header}0,c,0,1,0,0,0,0,.5,.5\n{rows}"));
     let says = |line: String, words: &str| assert!(line.contains(words), "{line} should say {words}");
     for (row, words) in [
-        ("0,c,2,1,0,0,NaN,0,.5,.5", "bad.csv, row 3, column k2: NaN is not finite"),
+        ("0,c,2,1,0,0,NaN,0,.5,.5", "bad.csv, row 3, column k2: \"NaN\": a value is missing"),
         ("0,c,2,1,0,0,0,0,1.5,.5", "bad.csv, row 3, column k4: 1.5 is outside 0 to 1"),
         ("0,c,-2,1,0,0,0,0,.5,.5", "bad.csv, row 3, column t_fh: -2 is outside"),
         ("0,c,2,1,0,0,,0,.5,.5", "bad.csv, row 3, column k2: empty"),
@@ -339,6 +339,23 @@ fn bad_files_are_refused_in_one_line() {
         "truth.csv, row 2, column t_failure_fh: run 5 fails at 200 h, before its first observation at 300 h",
     );
     says(bench.refused(&["--histories", &good, "--truth", &truth("5,inf")]), "truth.csv, row 2, column t_failure_fh");
+    says(
+        bench.refused(&["--histories", &late, "--truth", &truth("5,301")]),
+        "run 5 fails at 301 h, before its last observation at 302 h",
+    );
+    let seconds = bench.file("late.csv", &format!("{header}5,c,0,1,0,0,0,0,.5,.5\n5,c,720000,1,0,0,0,0,.5,.5\n"));
+    says(
+        bench.refused(&["--histories", &seconds, "--truth", &truth("5,200")]),
+        "before its last observation at 720000 h: are those seconds?",
+    );
+    says(
+        bench.refused(&["--histories", &rows("0,c,7200000,1,0,0,0,0,.5,.5")]),
+        "1000000 flight hours: are these seconds?",
+    );
+    says(
+        bench.refused(&["--histories", &rows("nan,c,2,1,0,0,0,0,.5,.5")]),
+        "row 3, column run_id: \"nan\": a value is missing",
+    );
     says(bench.refused(&["--histories", &good, "--labels", &truth("5,100")]), "truth.csv: column k1 is missing");
     let healthy = bench.file("labels.csv", "k1,k2,k3,k4,k5,label\n0,0,0,.5,.5,healthy\n");
     says(bench.refused(&["--histories", &good, "--labels", &healthy]), "labels.csv: 1 healthy and 0 faulty");
@@ -355,10 +372,30 @@ fn a_life_of_one_observation_and_one_with_gaps_are_predicted_or_passed_over() {
     let gaps = "b,x,10,,,0,0,0,.5,.5\nb,x,10,,,.01,0,0,.5,.5\nb,x,1990,,,.03,0,0,.5,.5\n";
     let sparse = bench.file("sparse.csv", &format!("{one}{gaps}"));
     let truth = bench.file("truth.csv", "run_id,t_failure_fh\na,3000\nb,3000\nother,1\n");
-    bench.run("out", &["--histories", &sparse, "--truth", &truth]);
+    let output = bench.command("out", &["--histories", &sparse, "--truth", &truth]).output().unwrap();
+    let notes = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{notes}");
+    assert!(notes.contains("truth.csv tells of run other that") && notes.contains("first in run b at 10 h"), "{notes}");
     let rows = rows(&bench.read("out/predictions.csv"));
     let times: Vec<&str> = rows.keys().filter(|key| key[0] == "rbg").map(|key| key[2].as_str()).collect();
     assert_eq!(times, ["1200", "1600", "400", "800"], "of run b, within its history");
+}
+
+#[test]
+fn blank_rows_and_columns_of_a_spreadsheet_change_nothing_and_times_that_go_back_are_noted() {
+    let bench = Bench::new();
+    bench.run("plain", &["--histories", &fixture("rul/histories.csv"), "--every", "2000"]);
+    let spread: String = histories().lines().map(|line| format!("{line},,,\r")).collect();
+    let spread = bench.file("histories.csv", &format!("\u{feff}{spread},,,,\r\r"));
+    bench.run("spread", &["--histories", &spread, "--every", "2000"]);
+    assert_eq!(bench.read("spread/predictions.csv"), bench.read("plain/predictions.csv"));
+    let row = |t_fh: u32| format!("7,x,{t_fh},1,0,0,0,0,.5,.5\n");
+    let back = [0, 10, 20, 5].map(row).concat();
+    let back = bench.file("back.csv", &format!("run_id,any,t_fh,load,temp,k1,k2,k3,k4,k5\n{back}"));
+    let output = bench.command("back", &["--histories", &back]).output().unwrap();
+    let notes = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && notes.contains("times go back"), "{notes}");
+    assert!(notes.contains("row 5, run 7: 5 h after 20 h"), "{notes}");
 }
 
 /// A life that starts damaged is predicted, and its end is sooner than that of a new one; a run without truth is
@@ -382,7 +419,9 @@ fn a_life_that_starts_damaged_ends_sooner() {
     let header = "run_id,any,t_fh,load,temp,k1,k2,k3,k4,k5\n";
     let lives = bench.file("lives.csv", &format!("{header}{}{}", life("new", 0.01), life("damaged", 0.1)));
     let truth = bench.file("truth.csv", "run_id,t_failure_fh\nnew,3000\n");
-    bench.run("out", &["--histories", &lives, "--truth", &truth, "--estimator", "default"]);
+    let output = bench.command("out", &["--histories", &lives, "--truth", &truth, "--estimator", "default"]).output();
+    let notes = String::from_utf8(output.unwrap().stderr).unwrap();
+    assert!(notes.contains("run damaged of") && notes.contains("cannot be judged"), "{notes}");
     let metrics: Value = serde_json::from_str(&bench.read("out/metrics.json")).unwrap();
     assert_eq!((&metrics["runs"]["predicted"], &metrics["runs"]["judged"]), (&2.into(), &1.into()));
     let rows = rows(&bench.read("out/predictions.csv"));

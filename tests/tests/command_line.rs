@@ -32,7 +32,14 @@ fn bad_input_exits_with_2_and_says_what_is_wrong() {
     refused(&["demo", "--swaps", "-1"], 2, "swaps must be 0 to 100 per 1000 flight hours, not -1");
     refused(&["simulate", "fleet", "--url", "http://127.0.0.1:9", "--overhauls", "NaN"], 2, "overhauls must be");
     refused(&["demo", "--colour"], 2, "--colour");
-    refused(&["simulate", "fleet", "--url", "nowhere"], 2, "nowhere");
+    refused(&[], 2, "a command is missing: --help lists them");
+    refused(&["model"], 2, "a command is missing");
+    refused(&["restore", "--from", folder.path().to_str().unwrap()], 2, "is no file");
+    refused(&["simulate", "fleet", "--url", "nowhere"], 2, "http:// or https:// is missing, as in http://nowhere");
+    refused(&["simulate", "fleet", "--url", "http://127.0.0.1:9", "--truth", "none/t.csv"], 2, "none/t.csv");
+    refused(&["due", "--url", "127.0.0.1:8080"], 2, "as in http://127.0.0.1:8080");
+    refused(&["healthcheck", "--url", "localhost:8080/readyz"], 2, "as in http://localhost:8080/readyz");
+    refused(&["due", "--url", "ftp://127.0.0.1"], 2, "must begin with http:// or https://");
     refused(&["simulate", "history", "--runs", "0", "--seed", "1", "--out", "x"], 2, "--runs");
     let text = folder.path().join("text.sqlite");
     std::fs::write(&text, "this is no database, whatever its name says, and long enough to be sure of it").unwrap();
@@ -67,6 +74,68 @@ fn a_token_on_a_command_line_is_not_repeated() {
             assert!(said.contains("--token") && !said.contains("5ec2e7"), "{said}");
         }
     }
+}
+
+#[test]
+fn what_is_secret_in_an_address_is_not_repeated() {
+    for url in ["http://me:5ec2e7@127.0.0.1:9/?t=5ec2e7", "me:5ec2e7@127.0.0.1:9", "http://me:5ec2e7@127.0.0.1:99999"] {
+        for command in
+            [&["due", "--url", url][..], &["healthcheck", "--url", url], &["simulate", "fleet", "--url", url]]
+        {
+            let output = tests::run(command);
+            let said = String::from_utf8(output.stderr).unwrap();
+            assert!(!output.status.success() && said.contains("127.0.0.1:9") && !said.contains("5ec2e7"), "{said}");
+        }
+    }
+    for command in [&["due", "--help"][..], &["healthcheck", "--help"], &["simulate", "fleet", "--help"]] {
+        let mut help = Command::new(tests::binary());
+        help.args(command).envs(["ACTUARY_URL", "ACTUARY_HEALTH_URL"].map(|name| (name, "http://me:5ec2e7@host")));
+        assert!(!String::from_utf8(help.output().unwrap().stdout).unwrap().contains("5ec2e7"));
+    }
+}
+
+#[test]
+fn a_setting_that_is_misspelt_is_named() {
+    let mut command = Command::new(tests::binary());
+    command
+        .args(["verify", "--database-url", "sqlite:absent.sqlite"])
+        .env("ACTUARY_DATABASE_ULR", "sqlite:fleet.sqlite");
+    let said = String::from_utf8(command.output().unwrap().stderr).unwrap();
+    assert!(said.contains("ACTUARY_DATABASE_ULR is no setting: is ACTUARY_DATABASE_URL meant?"), "{said}");
+}
+
+/// What answers each connection with these bytes.
+fn answering(bytes: &'static [u8]) -> String {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    std::thread::spawn(move || {
+        for mut connection in listener.incoming().flatten() {
+            let _ = std::io::Read::read(&mut connection, &mut [0; 4096]);
+            let _ = connection.write_all(bytes);
+        }
+    });
+    address.to_string()
+}
+
+#[test]
+fn a_health_check_says_what_it_saw() {
+    let well = answering(b"HTTP/1.1 200 OK\r\ncontent-length: 2\r\nconnection: close\r\n\r\nok");
+    let output = tests::run(&["healthcheck", "--url", &format!("http://me:5ec2e7@{well}")]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_eq!((output.status.code(), said.trim()), (Some(0), &*format!("http://{well}/readyz answers 200 OK")));
+    let ill = answering(
+        b"HTTP/1.1 503 Service Unavailable\r\ncontent-length: 28\r\nconnection: close\r\n\r\nthe disk\nis full, at least so",
+    );
+    let ask = |scheme: &str, place: &str, code: i32, words: &str| {
+        refused(&["healthcheck", "--url", &format!("{scheme}://{place}/x")], code, words);
+    };
+    ask("http", &ill, 1, "/x answers 503 Service Unavailable: the disk is full");
+    ask("https", &well, 3, "if it speaks no TLS, its address begins with http://");
+    ask("http", &answering(b"\x15\x03\x03\x00\x02\x02\x46"), 3, "if it speaks TLS, its address begins with https://");
+    ask("http", "127.0.0.1:9", 3, "no service answers at http://127.0.0.1:9/x: Connection refused");
+    let moved = answering(b"HTTP/1.1 302 Found\r\nlocation: /login\r\ncontent-length: 0\r\nconnection: close\r\n\r\n");
+    ask("http", &moved, 3, "too many redirects");
+    refused(&["due", "--url", &format!("http://{well}/v1/fleet/due")], 1, "answers oddly");
 }
 
 #[test]
@@ -135,6 +204,27 @@ fn a_reader_that_leaves_is_no_failure() {
     let mut refused = Command::new(tests::binary());
     refused.args(["verify", "--database-url", "sqlite:absent.sqlite"]).stdout(unread()).stderr(unread());
     assert_eq!(refused.status().unwrap().code(), Some(2), "a failure stays one");
+}
+
+/// A log in a file is read by programs, and by people with `less`.
+#[test]
+fn a_log_in_a_file_has_no_colours_and_a_hangup_without_tls_is_a_line_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log");
+    let mut command = Command::new(tests::binary());
+    let database = format!("sqlite:{}", folder.path().join("fleet.sqlite").display());
+    command.args(["serve", "--database-url", &database, "--port", "0"]).stderr(std::fs::File::create(&log).unwrap());
+    let service = tests::Service::spawn(command.env_remove("RUST_LOG")).unwrap();
+    let written = || std::fs::read_to_string(&log).unwrap();
+    let deadline = Instant::now() + Duration::from_secs(30);
+    while !written().contains("SIGHUP") {
+        service.signal("HUP");
+        assert!(Instant::now() < deadline, "{}", written());
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert!(written().contains("SIGHUP changes nothing") && !written().contains('\x1b'), "{}", written());
+    let (status, _) = service.terminate();
+    assert!(status.success(), "a service that is told to end ends well");
 }
 
 #[tokio::test]

@@ -157,7 +157,7 @@ fn a_wrong_dataset_is_refused_by_file_row_and_column() {
     bench.spoilt("K.csv", |_| String::new()).training_says("K.csv: is empty");
     bench
         .spoilt("Y.csv", |text| with_field(&text, 4, 7, "NaN"))
-        .training_says("Y.csv, row 5, column 8: NaN is not finite");
+        .training_says("Y.csv, row 5, column 8: \"NaN\": a value is missing");
     bench.spoilt("Y.csv", |text| with_field(&text, 4, 7, "")).training_says("Y.csv, row 5, column 8: empty");
     bench.spoilt("Y.csv", |text| with_field(&text, 9, 359, "0.07,0.07")).training_says("Y.csv, row 10: 361 fields");
     bench.spoilt("R.csv", |text| without_line(&text, 0)).training_says("R.csv: 59 rows, but Y.csv has 60");
@@ -188,11 +188,72 @@ fn a_wrong_dataset_is_refused_by_file_row_and_column() {
     spoilt.training_says("spoilt: 10 maps are too few");
 }
 
+/// As tools leave a matrix: a numbered header or index would shift every map, and a row of names is none.
+#[test]
+fn a_map_with_a_header_or_an_index_is_refused_and_blank_columns_are_passed_over() {
+    let bench = Bench::new();
+    fs::copy(default_model(), bench.path("b.json")).unwrap();
+    let y = fs::read_to_string(bench.path("maps/Y.csv")).unwrap();
+    let diagnose = ["diagnose", "--model", "b.json", "--dataset", "maps", "--out", "k.csv"];
+    let numbered = |from: usize| (from..from + 360).map(|i| i.to_string()).collect::<Vec<_>>().join(",");
+    let with_index: String = y.lines().enumerate().map(|(i, line)| format!("{i},{line}\n")).collect();
+    for (text, words) in [
+        (format!("{}\n{y}", numbered(0)), "Y.csv, row 1: numbers the columns"),
+        (format!("{}\n{y}", numbered(1)), "Y.csv, row 1: numbers the columns"),
+        (format!(",{}\n{with_index}", numbered(0)), "Y.csv, row 1: numbers the columns"),
+        (with_index, "Y.csv: column 1 numbers the rows"),
+        (format!("{}\n{y}", vec!["y"; 360].join(",")), "Y.csv, row 1: begins with \"y\""),
+        (y.replace(',', ";"), "Y.csv: fields are separated by semicolons"),
+        (y.replace(',', " "), "Y.csv: fields are separated by spaces"),
+        (y.replace('.', ","), "Y.csv: 720 columns, but theta.csv has 360 angles; are there decimal commas?"),
+    ] {
+        fs::write(bench.path("maps/Y.csv"), text).unwrap();
+        let said = bench.refused(&diagnose);
+        assert!(said.contains(words), "{said}\nshould say {words}");
+    }
+    fs::write(bench.path("maps/Y.csv"), &y).unwrap();
+    bench.succeeds(&diagnose);
+    let plain = fs::read(bench.path("k.csv")).unwrap();
+    let blanks: String = y.lines().map(|line| format!("{line},,,\r\n")).chain([",,,\r\n".to_owned()]).collect();
+    fs::write(bench.path("maps/Y.csv"), format!("\u{feff}{blanks}")).unwrap();
+    bench.succeeds(&diagnose);
+    assert!(fs::read(bench.path("k.csv")).unwrap() == plain);
+    fs::write(bench.path("maps/Y.csv"), with_field(&y, 1, 100, "nan")).unwrap();
+    bench.succeeds(&diagnose);
+    assert_eq!(rows(&bench.path("k.csv"))[2][10], "true");
+}
+
+/// Interrupted in the middle of its writing, a command leaves nothing, and ends as one that the signal killed.
+#[test]
+fn a_signal_leaves_no_file_of_an_unfinished_result() {
+    for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
+        let bench = Bench { folder: tempfile::tempdir().unwrap() };
+        // A folder of some 10 MB: writing it takes far longer than to see that it has begun.
+        let mut command = std::process::Command::new(tests::binary());
+        command.current_dir(bench.folder.path()).args(["simulate", "map", "--samples", "900", "--out", "maps"]);
+        let mut child = command.stderr(std::process::Stdio::null()).spawn().unwrap();
+        while bench.names().is_empty() {
+            assert!(child.try_wait().unwrap().is_none(), "it ended before it wrote");
+            std::thread::yield_now();
+        }
+        tests::signal(child.id(), signal);
+        let status = child.wait().unwrap();
+        // It may have been through already: then all is there.
+        match status.code() {
+            Some(0) => assert_eq!(bench.names(), BTreeSet::from(["maps".to_owned()]), "{signal}"),
+            other => assert_eq!((other, bench.names()), (Some(code), BTreeSet::new()), "{signal}"),
+        }
+    }
+}
+
+fn default_model() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/default.json")
+}
+
 #[test]
 fn a_wrong_diagnosis_is_refused() {
     let bench = Bench::new();
-    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/default.json");
-    fs::copy(model, bench.path("b.json")).unwrap();
+    fs::copy(default_model(), bench.path("b.json")).unwrap();
     fs::write(bench.path("text.json"), "no bundle").unwrap();
     let refused = |model: &str, more: &[&str], words: &str| {
         let said = bench.refused(&[&["diagnose", "--model", model, "--dataset", "maps"], more].concat());

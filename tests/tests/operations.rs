@@ -133,10 +133,12 @@ async fn a_file_that_is_no_bundle_is_refused_in_one_line_and_nothing_of_it_is_le
     let unmeasured = altered(folder.path(), "unmeasured.json", |bundle| {
         bundle.as_object_mut().unwrap().remove("metrics");
     });
+    let slipped = altered(folder.path(), "slipped.json", |bundle| bundle["prior"]["process_noise"] = json!(0.25));
     let few = altered(folder.path(), "few.json", |bundle| bundle["masks"][0]["bins"] = json!([3, 4]));
     for (file, words) in [
         (text, "not a model bundle"),
-        (misfit, "do not fit together"),
+        (misfit, "#/with_load_ratio/mlp/"),
+        (slipped, "#/prior/process_noise: 0.25 is outside 0.000001 to 0.01"),
         (unmeasured, "metrics"),
         (few, "2 points"),
         (folder.path().join("none.json"), "none.json"),
@@ -287,6 +289,46 @@ async fn slow_a_backup_of_postgres_is_a_service_as_it_was_then() {
     service.kill();
     let digests = [&database, &restored].map(|one| tests::digest(&one.service_url()));
     assert_eq!(digests[0], digests[1]);
+}
+
+#[test]
+fn an_interrupted_backup_or_restore_leaves_a_whole_file_or_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let database = folder.path().join("fleet.sqlite");
+    Service::start(&database, 0).kill();
+    let whole = folder.path().join("whole.backup");
+    said(&database, &["backup", "--out", whole.to_str().unwrap()]);
+    for (attempt, signal) in ["INT", "TERM", "HUP", "INT", "TERM"].into_iter().enumerate() {
+        let place = folder.path().join(format!("place-{attempt}"));
+        fs::create_dir(&place).unwrap();
+        let (copy, restored) = (place.join("moment.backup"), place.join("restored.sqlite"));
+        let backup = ["backup", "--out", copy.to_str().unwrap(), "--database-url", &url(&database)].map(str::to_owned);
+        let restore =
+            ["restore", "--from", whole.to_str().unwrap(), "--database-url", &url(&restored)].map(str::to_owned);
+        for arguments in [&backup[..], &restore[..]] {
+            let mut child =
+                Command::new(binary()).args(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+            while child.try_wait().unwrap().is_none() {
+                if fs::read_dir(&place).unwrap().next().is_some() {
+                    tests::signal(child.id(), signal);
+                    break;
+                }
+                std::thread::yield_now();
+            }
+            let status = child.wait().unwrap();
+            let names: Vec<_> = fs::read_dir(&place).unwrap().map(|file| file.unwrap().file_name()).collect();
+            if names.is_empty() {
+                assert!(!status.success(), "{arguments:?}: nothing is there");
+            } else if copy.exists() {
+                assert_eq!(names.len(), 1, "{names:?}");
+                said(&place.join("again.sqlite"), &["restore", "--from", copy.to_str().unwrap()]);
+                fs::remove_dir_all(&place).unwrap();
+                fs::create_dir(&place).unwrap();
+            } else {
+                said(&restored, &["verify"]);
+            }
+        }
+    }
 }
 
 #[tokio::test]

@@ -5,6 +5,7 @@ mod histories;
 mod knowledge;
 mod laws;
 mod metrics;
+mod oddities;
 mod predictions;
 mod report;
 
@@ -27,7 +28,7 @@ use self::{
 use crate::{
     exit::Failure,
     files::output::OutputFolder,
-    say::{self, say},
+    say::{self, note, say},
 };
 
 const SEED: u64 = 1;
@@ -45,7 +46,7 @@ const DEFAULT_ESTIMATORS: &[EstimatorName] = &[EstimatorName::Rbg, EstimatorName
 #[command(after_help = "Files:
   histories    run_id,<any>,t_fh,load,temp,<fault names>; empty load or temp = not known; rows in any order
   truth        run_id,t_failure_fh; the n-th --truth belongs to the n-th --histories; a run that it does
-               not tell of is predicted but not judged
+               not tell of is predicted but not judged, one that is observed after its failure is refused
   growth       run_id,t_fh,growth; the n-th --growth belongs to the n-th --histories
   A column `regime` in either of the first two splits the metrics. The oracle reads A11,A12,... and
   B11,B12,... of truth, and the growth of growth, or 1 for a life of the regime `constant`; it leaves out
@@ -137,10 +138,11 @@ pub fn run(arguments: Arguments) -> Result<()> {
         growths: &arguments.growth,
         laws: names.contains(&EstimatorName::Oracle),
     };
-    let mut recorded = histories::read_all(files, &model.bundle().faults)?;
+    let histories::Recordings { runs: mut recorded, mut notes } = histories::read_all(files, &model.bundle().faults)?;
     bar.set_message("learning");
     let growth_changes = names.contains(&EstimatorName::Rbg);
     let knowledge = Knowledge::gather(&model, &arguments.labels, arguments.prior.as_deref(), growth_changes, SEED)?;
+    notes.extend_from_slice(&knowledge.notes);
     for recorded in &mut recorded {
         knowledge.prepare(recorded);
     }
@@ -153,6 +155,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     bar.set_message("predicting");
     let replays = replay_all(&recorded, &contestants, &settings, &bar);
     bar.finish_and_clear();
+    notes.iter().for_each(|line| note!("note: {line}"));
     write(&out, &arguments, &Judged { recorded: &recorded, replays: &replays, knowledge: &knowledge })?;
     say!("{} in {:.0} s", arguments.out.display(), started.elapsed().as_secs_f64());
     Ok(())

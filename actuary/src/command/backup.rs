@@ -1,24 +1,35 @@
 //! `actuary backup`: a copy of a database that is known to be whole.
 
 use std::{
-    fs,
+    fs::{self, Permissions},
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context, Result, anyhow};
 use clap::Args;
 use store::Store;
-use tempfile::{TempDir, TempPath};
+use tempfile::{Builder, TempDir, TempPath};
 
 use super::verify::undamaged;
-use crate::{database::Database, exit::Failure, files::output::OutputFile, say::say, service::on_runtime};
+use crate::{
+    database::Database,
+    exit::Failure,
+    files::output::{OutputFile, UNFINISHED, folder_of},
+    interrupt::Unfinished,
+    say::say,
+    service::on_runtime,
+};
+
+/// The file in the folder of what is not finished yet.
+pub const COPY: &str = "copy";
 
 /// Copy a database to a file, as of one moment, and check the copy. A running service is not held up.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  actuary backup --out fleet-2026-11-22.backup --database-url sqlite:fleet.sqlite\n\n\
     The file holds everything: uploads, events, bundles, priors, results, tokens and the audit log. On Postgres\n\
-    it is one that pg_dump writes."
+    it is one that pg_dump writes. A backup that is interrupted leaves nothing: a file of this name is whole."
 )]
 pub struct Arguments {
     /// The file to write; one that exists is never overwritten.
@@ -48,13 +59,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 async fn copy(store: &Store, out: &Path) -> Result<()> {
     let beside = beside(out)?;
-    let path = beside.path().join("copy");
+    let path = beside.path().join(COPY);
     store.copy_to(&path).await?;
     let copy = Store::open_read_only(&format!("sqlite:{}", path.display())).await?;
     let checked = check(&copy).await;
     copy.close().await;
     let words = checked.with_context(|| format!("{} was not written", out.display()))?;
-    put(path, out)?;
+    put(beside, out)?;
     say!("{}: {words}", out.display());
     Ok(())
 }
@@ -84,26 +95,22 @@ pub async fn check(store: &Store) -> Result<String> {
 }
 
 /// A folder for what is not finished yet, on the disk of the file that it will be.
-pub fn beside(out: &Path) -> Result<TempDir> {
+pub fn beside(out: &Path) -> Result<Unfinished<TempDir>> {
     let folder = folder_of(out);
-    let made = tempfile::Builder::new().prefix(".actuary-").tempdir_in(folder);
+    let made = Unfinished::new(|| Builder::new().prefix(UNFINISHED).tempdir_in(folder));
     made.with_context(|| format!("cannot write in {}", folder.display()))
 }
 
-/// Gives a finished file its name, unless there is one of that name.
-pub fn put(finished: PathBuf, out: &Path) -> Result<()> {
-    TempPath::try_from_path(finished)?
-        .persist_noclobber(out)
-        .map_err(|error| anyhow!("cannot write {}: {}", out.display(), error.error))?;
-    // So that the name, too, outlasts a power loss.
-    fs::File::open(folder_of(out)).and_then(|folder| folder.sync_all())?;
-    Ok(())
-}
-
-/// The folder that a file is in.
-fn folder_of(file: &Path) -> &Path {
-    match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
+/// Gives the finished [`COPY`] of such a folder its name, unless there is one of that name. It holds all secrets: only its owner
+/// may read it.
+pub fn put(beside: Unfinished<TempDir>, out: &Path) -> Result<()> {
+    beside.finish(|beside| {
+        let finished = TempPath::try_from_path(beside.path().join(COPY))?;
+        fs::set_permissions(&finished, Permissions::from_mode(0o600))?;
+        fs::File::open(&finished)?.sync_all()?;
+        finished.persist_noclobber(out).map_err(|error| anyhow!("cannot write {}: {}", out.display(), error.error))?;
+        // So that the name, too, outlasts a power loss.
+        fs::File::open(folder_of(out)).and_then(|folder| folder.sync_all())?;
+        Ok(())
+    })
 }

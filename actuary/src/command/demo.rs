@@ -7,9 +7,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use clap::Args;
 use proto::json::{Page, RulBody, TailItem};
+use reqwest::Url;
 use simulator::{Client, Fleet, FleetPlan, Physics};
 use tokio::task::JoinHandle;
 
@@ -20,8 +21,9 @@ use crate::{
     exit::Failure,
     hindsight,
     http::Access,
+    interrupt::{Unfinished, interrupted},
     say::{note, say},
-    service::{Api, Service, Settings, Work, interrupted, on_runtime},
+    service::{Api, Service, Settings, Work, on_runtime},
     table, telemetry,
     upkeep::UpkeepArguments,
 };
@@ -75,7 +77,8 @@ pub struct Arguments {
 pub fn run(arguments: Arguments) -> Result<()> {
     telemetry::start();
     let hours = hours(&arguments)?;
-    let temporary = if arguments.data.is_none() { Some(tempfile::tempdir()?) } else { None };
+    let make = || tempfile::Builder::new().prefix("actuary-demo-").tempdir();
+    let temporary = if arguments.data.is_none() { Some(Unfinished::new(make)?) } else { None };
     let folder = match (&arguments.data, &temporary) {
         (Some(folder), _) => folder.clone(),
         (None, Some(temporary)) => temporary.path().to_owned(),
@@ -121,7 +124,10 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> 
     let onlooker = tokio::spawn(screen.clone().look_on());
     let outcome = tokio::select! {
         landed = finished(flight, &service, arguments.exit) => landed.map(Some),
-        () = interrupted() => if arguments.exit { Err(anyhow!("interrupted")) } else { Ok(None) },
+        () = interrupted() => match arguments.exit {
+            true => Err(Failure::Interrupted("the fleet had not landed".to_owned()).into()),
+            false => Ok(None),
+        },
     };
     onlooker.abort();
     if let (Ok(Some(fleet)), true) = (&outcome, arguments.exit) {
@@ -162,7 +168,8 @@ async fn must_admit_all(database: &Database) -> Result<()> {
 
 /// Flies the fleet's past as fast as it can, then its future step by step; the clock flies along.
 async fn fly(plan: FleetPlan, url: String, clock: SimulatedClock, hours: Option<f64>, paced: bool) -> Result<Fleet> {
-    let client = Client::new(Access::default().client(&url, PATIENCE)?, &url)?;
+    let url: Url = url.parse()?;
+    let client = Client::new(Access::default().client(&url, PATIENCE)?, url);
     let mut fleet = Fleet::launch(plan.clone(), client).await?;
     let mut now_fh = fleet.flown_fh();
     let last_fh = hours.map_or(f64::INFINITY, |hours| now_fh.max(0.0) + hours);
@@ -236,7 +243,7 @@ impl Screen {
 
     /// The whole fleet, as any dashboard would read it.
     async fn prognoses(&self) -> Result<Vec<RulBody>> {
-        let http = Access::default().client(&self.url, PATIENCE)?;
+        let http = Access::default().client(&self.url.parse()?, PATIENCE)?;
         let mut prognoses = Vec::new();
         let mut cursor = String::new();
         loop {

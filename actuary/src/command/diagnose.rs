@@ -24,7 +24,7 @@ use crate::{
 /// Diagnose the maps of a dataset folder as an aircraft would send them: sampled at the bundle's mask.
 ///
 /// Uses R.csv (load ratio per point) where there is one, else r.csv (mean of each map); never reads K.csv.
-/// Empty fields of Y.csv and R.csv are values that no pass gave.
+/// Fields of Y.csv and R.csv that are empty, or say NaN, NA or null, are values that no pass gave.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:
   actuary diagnose --model bundle.json --dataset bench/ --noise 0.01 --seed 1 --out k.csv

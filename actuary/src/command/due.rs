@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow};
 use clap::Args;
-use proto::json::{DueBody, Problem};
-use reqwest::{Response, StatusCode, Url};
+use proto::json::DueBody;
+use reqwest::{Response, StatusCode, Url, header::CONTENT_TYPE};
 
 use crate::{
     exit::Failure,
-    http::{self, Access},
+    http::{self, Access, Address, shown},
     say, table,
 };
 
@@ -23,8 +23,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
     Hours count from the newest data of each actuator; hours flown since then are to be subtracted.")]
 pub struct Arguments {
     /// The service.
-    #[arg(long, env = "ACTUARY_URL", default_value = "http://127.0.0.1:8080")]
-    url: String,
+    #[arg(long, env = "ACTUARY_URL", hide_env_values = true, default_value = "http://127.0.0.1:8080")]
+    url: Address,
     #[command(flatten)]
     access: Access,
     /// Flight hours from the newest data of each actuator, 0 to 10000.
@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 async fn list(arguments: &Arguments) -> Result<String> {
     let service = Service::new(arguments)?;
     if arguments.csv {
-        return Ok(service.ask(&[("format", "csv")]).await?.text().await?);
+        return service.csv().await;
     }
     let list = service.whole().await?;
     Ok(if arguments.json { serde_json::to_string_pretty(&list)? + "\n" } else { table::due(&list) })
@@ -65,15 +65,25 @@ struct Service {
 
 impl Service {
     fn new(arguments: &Arguments) -> Result<Self> {
-        let refuse = |reason: &dyn std::fmt::Display| Failure::BadInput(format!("--url {}: {reason}", arguments.url));
-        let mut url: Url = arguments.url.parse().map_err(|error| refuse(&error))?;
-        if !["http", "https"].contains(&url.scheme()) {
-            return Err(refuse(&"must begin with http:// or https://").into());
-        }
+        let mut url = arguments.url.url()?;
+        let http = arguments.access.client(&url, PATIENCE)?;
         url.set_path(&format!("{}/v1/fleet/due", url.path().trim_end_matches('/')));
         let (within_fh, risk) = (arguments.within_fh.to_string(), arguments.risk.to_string());
         url.query_pairs_mut().clear().extend_pairs([("within_fh", within_fh), ("risk", risk)]);
-        Ok(Self { http: arguments.access.client(&arguments.url, PATIENCE)?, url })
+        Ok(Self { http, url })
+    }
+
+    async fn csv(&self) -> Result<String> {
+        let answer = self.ask(&[("format", "csv")]).await?;
+        let kind = answer.headers().get(CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
+        if !kind.starts_with("text/csv") {
+            return Err(anyhow!("{}: {kind:?} is no CSV", self.oddly()));
+        }
+        answer.text().await.with_context(|| self.oddly())
+    }
+
+    fn oddly(&self) -> String {
+        format!("{} answers oddly", shown(&self.url))
     }
 
     /// All pages as one list.
@@ -83,8 +93,7 @@ impl Service {
             let mut further = vec![("limit", "1000")];
             let cursor = whole.as_ref().and_then(|list| list.next_cursor.clone());
             further.extend(cursor.as_deref().map(|cursor| ("cursor", cursor)));
-            let page: DueBody =
-                self.ask(&further).await?.json().await.with_context(|| format!("{} answers oddly", self.url))?;
+            let page: DueBody = self.ask(&further).await?.json().await.with_context(|| self.oddly())?;
             let list = match whole {
                 None => page,
                 Some(mut list) => {
@@ -103,17 +112,17 @@ impl Service {
     async fn ask(&self, further: &[(&str, &str)]) -> Result<Response> {
         let mut url = self.url.clone();
         url.query_pairs_mut().extend_pairs(further);
-        let silent = |error| {
-            let (origin, cause) = (self.url.origin().ascii_serialization(), http::cause(&error));
-            Failure::NotReachable(format!("no service answers at {origin}: {cause}"))
-        };
-        let answer = self.http.get(url).send().await.map_err(silent)?;
+        let answer = self.http.get(url).send().await.map_err(|error| http::silent(&self.url, &error))?;
         match answer.status() {
             StatusCode::OK => Ok(answer),
             StatusCode::UNPROCESSABLE_ENTITY | StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN => {
                 Err(Failure::BadInput(refusal(answer).await).into())
             }
             StatusCode::SERVICE_UNAVAILABLE => Err(Failure::NotReachable(refusal(answer).await).into()),
+            StatusCode::NOT_FOUND => {
+                let reason = "no due list is there (404 Not Found): --url is the address of the service as a whole";
+                Err(Failure::BadInput(format!("{}: {reason}", shown(&self.url))).into())
+            }
             _ => Err(anyhow!("{}", refusal(answer).await)),
         }
     }
@@ -121,6 +130,6 @@ impl Service {
 
 /// Why the service refuses, in its own words.
 async fn refusal(answer: Response) -> String {
-    let said = format!("{} answers {}", answer.url(), answer.status());
-    answer.json().await.map_or(said, |problem: Problem| problem.detail)
+    let from = shown(answer.url());
+    format!("{from} answers {}", http::said(answer).await)
 }

@@ -6,15 +6,22 @@ use anyhow::{Result, anyhow};
 use clap::Args;
 use reqwest::Url;
 
-use crate::{exit::Failure, http::Access};
+use crate::{
+    http::{self, Access, Address, shown},
+    say::say,
+};
 
-/// Ask a probe of a running process: exit code 0 if it is well, 1 if it says that it is not, 3 if it does not answer.
+/// The probe of an address without path.
+const READY: &str = "/readyz";
+
+/// Ask a probe of a running process, and say what it answers: exit code 0 if it is well, 1 if it says that it is not, 3 if it does
+/// not answer.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  actuary healthcheck --url http://127.0.0.1:8080/readyz")]
 pub struct Arguments {
-    /// The probe.
-    #[arg(long, env = "ACTUARY_HEALTH_URL", default_value = "http://127.0.0.1:8080/readyz")]
-    url: Url,
+    /// The probe; /readyz of an address without path.
+    #[arg(long, env = "ACTUARY_HEALTH_URL", hide_env_values = true, default_value = "http://127.0.0.1:8080/readyz")]
+    url: Address,
     #[command(flatten)]
     access: Access,
     /// Seconds until the answer must be there.
@@ -24,18 +31,22 @@ pub struct Arguments {
 
 /// Asks.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    tokio::runtime::Builder::new_current_thread().enable_all().build()?.block_on(ask(arguments))
+    let mut url = arguments.url.url()?;
+    if url.path() == "/" {
+        url.set_path(READY);
+    }
+    tokio::runtime::Builder::new_current_thread().enable_all().build()?.block_on(ask(arguments, &url))
 }
 
-async fn ask(arguments: &Arguments) -> Result<()> {
-    let Arguments { url, access, timeout_seconds } = arguments;
-    let http = access.client(url.as_str(), Duration::from_secs(*timeout_seconds))?;
-    let silent = |_| Failure::NotReachable(format!("no answer from {url} within {timeout_seconds} s"));
-    let answer = http.get(url.clone()).send().await.map_err(silent)?;
-    let status = answer.status();
-    if status.is_success() {
+async fn ask(arguments: &Arguments, url: &Url) -> Result<()> {
+    let http = arguments.access.client(url, Duration::from_secs(arguments.timeout_seconds))?;
+    let answer = http.get(url.clone()).send().await.map_err(|error| http::silent(url, &error))?;
+    let (status, from) = (answer.status(), answer.url().clone());
+    let asked = shown(url);
+    if status.is_success() && from.path() == url.path() {
+        say!("{asked} answers {status}");
         return Ok(());
     }
-    let said = answer.text().await.unwrap_or_default();
-    Err(anyhow!("{url} answers {status}: {said}"))
+    let led = if shown(&from) == asked { String::new() } else { format!(" leads to {}, which", shown(&from)) };
+    Err(anyhow!("{asked}{led} answers {}", http::said(answer).await))
 }

@@ -33,7 +33,7 @@ use crate::{
   actuary loads --params D_params.json --cases D_valid.csv --out loads.csv
 
 Reads the columns id, q_meas (Pa), alpha_meas (rad), p_meas (rad/s), delta_f_meas, delta_a_meas (rad),
-lambda_nm_00..11 and lambdaT_nm_0..3 (nm), and passes over all others. An empty field is missing.
+lambda_nm_00..11 and lambdaT_nm_0..3 (nm), and passes over all others. A field that is empty or says NaN, NA or null is missing.
 
 Writes id, M_f_hat, M_a_hat, sigma_f, sigma_a (N m), and excluded: the gratings left out, 0-based, in the order
 of their exclusion, joined by ';'. A case that tells no load has empty fields. Air data with a gap count as
@@ -114,7 +114,8 @@ impl<'a> Cases<'a> {
     }
 
     fn case(&self, row: usize) -> Result<Case, Failure> {
-        let peaks = |columns: &[Column]| columns.iter().map(|column| measured(column, row)).collect::<Result<_, _>>();
+        let peaks =
+            |columns: &[Column]| columns.iter().map(|column| column.optional_number(row)).collect::<Result<_, _>>();
         Ok(Case {
             air_data: self.air_data(row)?,
             strain: Strain {
@@ -126,7 +127,7 @@ impl<'a> Cases<'a> {
 
     /// All five, or none.
     fn air_data(&self, row: usize) -> Result<Option<AirData>, Failure> {
-        let fields = self.air_data.iter().map(|column| measured(column, row)).collect::<Result<Vec<_>, _>>()?;
+        let fields = self.air_data.iter().map(|column| column.optional_number(row)).collect::<Result<Vec<_>, _>>()?;
         let [Some(q), Some(alpha), Some(p), Some(flap), Some(aileron)] = fields[..] else { return Ok(None) };
         Ok(Some(AirData {
             dynamic_pressure_pa: q,
@@ -137,11 +138,6 @@ impl<'a> Cases<'a> {
             aileron_rad: aileron,
         }))
     }
-}
-
-/// A measurement; a gap is an empty field or, as some loggers write it, NaN.
-fn measured(column: &Column, row: usize) -> Result<Option<f64>, Failure> {
-    if column.text(row).eq_ignore_ascii_case("nan") { Ok(None) } else { column.optional_number(row) }
 }
 
 /// What is written of a case.

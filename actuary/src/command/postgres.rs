@@ -1,16 +1,17 @@
 //! Backups of a Postgres, by its own tools.
 
-use std::{io, path::Path, process::Command};
+use std::{io, path::Path};
 
 use anyhow::{Result, anyhow};
+use tokio::process::Command;
 
-use super::backup;
-use crate::{database::Database, exit::Failure, say::say, service::on_runtime};
+use super::backup::{self, COPY};
+use crate::{database::Database, exit::Failure, interrupt::interrupted, say::say, service::on_runtime};
 
 /// Writes a backup by pg_dump.
 pub fn dump(database: &Database, out: &Path) -> Result<()> {
     let beside = backup::beside(out)?;
-    let copy = beside.path().join("copy");
+    let copy = beside.path().join(COPY);
     let (url, password) = database.login()?;
     let arguments = |file: &Path| -> Vec<String> {
         ["--format=custom", "--no-owner", "--dbname", &url, "--file"]
@@ -19,8 +20,8 @@ pub fn dump(database: &Database, out: &Path) -> Result<()> {
             .chain([file.display().to_string()])
             .collect()
     };
-    run("pg_dump", &arguments(&copy), &arguments(out), password)?;
-    backup::put(copy, out)?;
+    on_runtime(run("pg_dump", &arguments(&copy), &arguments(out), password))?;
+    backup::put(beside, out)?;
     say!("{}: a copy of {database}; actuary restore checks it", out.display());
     Ok(())
 }
@@ -35,7 +36,7 @@ pub fn restore(database: &Database, from: &Path) -> Result<()> {
         let arguments = ["--exit-on-error", "--single-transaction", "--no-owner", "--dbname", &url];
         let mut arguments: Vec<String> = arguments.map(str::to_owned).into();
         arguments.push(from.display().to_string());
-        run("pg_restore", &arguments, &arguments, password)?;
+        run("pg_restore", &arguments, &arguments, password).await?;
         match database.open_read_only().await {
             Ok(store) => {
                 let checked = backup::check(&store).await;
@@ -49,12 +50,17 @@ pub fn restore(database: &Database, from: &Path) -> Result<()> {
     })
 }
 
-/// Runs one of Postgres's programs; where there is none, the error is the line to run elsewhere, `shown`.
-fn run(program: &str, arguments: &[String], shown: &[String], password: Option<String>) -> Result<()> {
+/// Runs one of Postgres's programs, which goes with this process when a signal ends it; where there is none, the error is the line
+/// to run elsewhere, `shown`.
+async fn run(program: &str, arguments: &[String], shown: &[String], password: Option<String>) -> Result<()> {
     let mut command = Command::new(program);
     // Not in the arguments, which every user of the machine can read.
-    command.args(arguments).envs(password.map(|password| ("PGPASSWORD", password)));
-    let output = command.output().map_err(|error| match error.kind() {
+    command.args(arguments).envs(password.map(|password| ("PGPASSWORD", password))).kill_on_drop(true);
+    let output = tokio::select! {
+        output = command.output() => output,
+        () = interrupted() => return Err(Failure::Interrupted(format!("{program} was ended")).into()),
+    };
+    let output = output.map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => Failure::NotReachable(format!(
             "{program} is not installed here; where it is, run: {program} {}",
             shown.iter().map(|argument| quoted(argument)).collect::<Vec<_>>().join(" ")
@@ -85,10 +91,10 @@ mod tests {
         assert_eq!(quoted("it's"), r"'it'\''s'");
     }
 
-    #[test]
-    fn a_program_that_is_missing_is_named_with_its_arguments() {
+    #[tokio::test]
+    async fn a_program_that_is_missing_is_named_with_its_arguments() {
         let arguments = ["--file".to_owned(), "my copy".to_owned()];
-        let error = run("no_such_program", &arguments, &arguments, None).unwrap_err();
+        let error = run("no_such_program", &arguments, &arguments, None).await.unwrap_err();
         assert!(matches!(error.downcast_ref(), Some(Failure::NotReachable(_))), "{error}");
         assert!(error.to_string().ends_with("run: no_such_program --file 'my copy'"), "{error}");
     }

@@ -12,8 +12,10 @@ use super::verify::undamaged;
 use crate::{
     clock,
     database::Database,
+    exit::Failure,
+    interrupt::interrupted,
     say::{note, say},
-    service::{Work, interrupted, on_runtime},
+    service::{Work, on_runtime},
     telemetry,
 };
 
@@ -114,7 +116,8 @@ async fn forget(store: &Store, after: Option<Place>) -> Result<()> {
             },
             () = &mut stop => {
                 let hint = after.map(|after| format!("; to go on: actuary rebuild --after {after}"));
-                return Err(anyhow!("interrupted{}", hint.unwrap_or_default()));
+                let hint = hint.unwrap_or_default();
+                return Err(Failure::Interrupted(format!("some components were not begun{hint}")).into());
             }
         }
     }
@@ -126,7 +129,9 @@ async fn work_off(store: &Store) -> Result<()> {
     let worker = tokio::spawn(worker::run(store.clone(), Work::default().settings(clock::system()), shutdown.clone()));
     let outcome = tokio::select! {
         done = nothing_pending(store) => done,
-        () = interrupted() => Err(anyhow!("interrupted: what waits still is worked off by the next worker")),
+        () = interrupted() => {
+            Err(Failure::Interrupted("what waits still is worked off by the next worker".to_owned()).into())
+        }
     };
     shutdown.cancel();
     worker.await?;

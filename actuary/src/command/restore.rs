@@ -9,14 +9,14 @@ use anyhow::{Context, Result};
 use clap::Args;
 use store::{Options, Store, StoreError};
 
-use super::backup;
+use super::backup::{self, COPY};
 use crate::{database::Database, exit::Failure, say::say, service::on_runtime};
 
 /// Make a database from a backup, where there is none; it is checked before it gets its name.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  actuary restore --from fleet-2026-11-22.backup --database-url sqlite:fleet.sqlite\n\n\
-    A database that exists is never overwritten: move it away first. A backup of an older build is brought to\n\
+    A database that exists is never overwritten: move it away first. An interrupted restore leaves nothing. A backup of an older build is brought to\n\
     the schema of this one."
 )]
 pub struct Arguments {
@@ -31,7 +31,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let Arguments { from, database } = arguments;
     let unreadable = |error| Failure::BadInput(format!("{}: {error}", from.display()));
-    fs::File::open(from).map_err(unreadable)?;
+    if !fs::File::open(from).and_then(|file| file.metadata()).map_err(unreadable)?.is_file() {
+        return Err(Failure::BadInput(format!("{}: is no file, so no backup", from.display())).into());
+    }
     let Some(file) = database.sqlite_file() else { return super::postgres::restore(database, from) };
     must_be_free(&file)?;
     on_runtime(restore(from, &file))
@@ -52,14 +54,13 @@ async fn restore(from: &Path, file: &Path) -> Result<()> {
         error => Failure::BadInput(format!("{}: {error}", from.display())),
     };
     let beside = backup::beside(file)?;
-    let copy = beside.path().join("copy");
+    let copy = beside.path().join(COPY);
     fs::copy(from, &copy)?;
     let store = Store::open(&format!("sqlite:{}", copy.display()), Options::default()).await.map_err(refuse)?;
     let checked = backup::check(&store).await;
     store.close().await;
     let words = checked.with_context(|| format!("{} is not restored", from.display()))?;
-    fs::File::open(&copy)?.sync_all()?;
-    backup::put(copy, file)?;
+    backup::put(beside, file)?;
     say!("{}: {words}", file.display());
     Ok(())
 }

@@ -51,7 +51,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let clock = clock::system();
     let door = arguments.door.door(clock.clone())?;
     on_runtime(async {
-        let service = Service::start(Settings {
+        Service::start(Settings {
             database: arguments.database,
             clock,
             api: Some(Api {
@@ -62,8 +62,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
             probes: arguments.health.address(),
             work: (!arguments.no_worker).then(|| arguments.work.work()),
         })
-        .await?;
-        service.announce();
-        service.run().await
+        .await?
+        .run()
+        .await
     })
 }

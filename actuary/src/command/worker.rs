@@ -38,15 +38,15 @@ pub fn run(arguments: Arguments) -> Result<()> {
         .into());
     }
     on_runtime(async {
-        let service = Service::start(Settings {
+        Service::start(Settings {
             database: arguments.database,
             clock: clock::system(),
             api: None,
             probes: arguments.health.address(),
             work: Some(arguments.work.work()),
         })
-        .await?;
-        service.announce();
-        service.run().await
+        .await?
+        .run()
+        .await
     })
 }

@@ -19,7 +19,7 @@ use crate::exit::Failure;
 /// Largest error of an angle, as a fraction of a bin.
 const ANGLE_TOLERANCE: f64 = 1e-3;
 
-/// Maps without their faults, as a diagnosis takes them. Empty fields are values that no pass gave.
+/// Maps without their faults, as a diagnosis takes them. Missing values are those that no pass gave.
 #[derive(Debug)]
 pub struct Maps {
     /// Bins of a map.
@@ -33,8 +33,7 @@ pub struct Maps {
 /// Reads what a diagnosis may see of a folder: never `K.csv`.
 pub fn read_maps(folder: &Path) -> Result<Maps, Failure> {
     let bins = angles(folder)?.len();
-    let y = Table::open_headerless(&folder.join("Y.csv"))?;
-    must_have_columns(&y, bins)?;
+    let y = matrix(&folder.join("Y.csv"), bins)?;
     let maps = (0..y.rows()).map(|row| optional_numbers(&y, row)).collect::<Result<_, _>>()?;
     let load_ratios = if let Some(ratios) = ratios_per_point(folder, y.rows(), bins)? {
         let per_sample = |row| optional_numbers(&ratios, row).map(|r| Some(LoadRatio::PerSample(r)));
@@ -52,8 +51,7 @@ pub fn read_maps(folder: &Path) -> Result<Maps, Failure> {
 pub fn read(folder: &Path) -> Result<Dataset, Failure> {
     let angles_rad = angles(folder)?;
     let k = Table::open(&folder.join("K.csv"))?;
-    let y = Table::open_headerless(&folder.join("Y.csv"))?;
-    must_have_columns(&y, angles_rad.len())?;
+    let y = matrix(&folder.join("Y.csv"), angles_rad.len())?;
     must_have_rows(&y, k.rows(), "K.csv")?;
     let faults = |row| -> Result<_, Failure> {
         Ok(FaultVector((0..k.columns()).map(|i| labels::fault(&k.column_at(i), row)).collect::<Result<_, _>>()?))
@@ -122,8 +120,7 @@ fn angles(folder: &Path) -> Result<Vec<f64>, Failure> {
 
 /// `R.csv`, if there is one.
 fn ratios_per_point(folder: &Path, rows: usize, bins: usize) -> Result<Option<Table>, Failure> {
-    let Some(table) = optional(&folder.join("R.csv"), Table::open_headerless)? else { return Ok(None) };
-    must_have_columns(&table, bins)?;
+    let Some(table) = optional(&folder.join("R.csv"), |file| matrix(file, bins))? else { return Ok(None) };
     must_have_rows(&table, rows, "Y.csv")?;
     Ok(Some(table))
 }
@@ -136,7 +133,12 @@ fn mean_ratios(folder: &Path, rows: usize) -> Result<Option<Table>, Failure> {
     Ok(Some(table))
 }
 
-fn optional(file: &Path, open: fn(&Path) -> Result<Table, Failure>) -> Result<Option<Table>, Failure> {
+/// A table with a value at each angle and no header.
+fn matrix(file: &Path, bins: usize) -> Result<Table, Failure> {
+    Table::open_headerless(file, bins, &format!("theta.csv has {bins} angles"))
+}
+
+fn optional(file: &Path, open: impl Fn(&Path) -> Result<Table, Failure>) -> Result<Option<Table>, Failure> {
     file.exists().then(|| open(file)).transpose()
 }
 
@@ -157,13 +159,6 @@ fn load_ratio(column: &Column, row: usize) -> Result<f64, Failure> {
     match column.number(row)? {
         r if r > -1.0 => Ok(r),
         r => Err(column.refuse(row, format!("a load ratio of {r} is not above -1"))),
-    }
-}
-
-fn must_have_columns(table: &Table, bins: usize) -> Result<(), Failure> {
-    match table.columns() {
-        columns if columns == bins => Ok(()),
-        columns => Err(table.refuse(format!("{columns} columns, but theta.csv has {bins} angles"))),
     }
 }
 

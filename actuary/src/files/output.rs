@@ -1,4 +1,5 @@
-//! Results on disk, whole or not at all: written beside their place and renamed when complete.
+//! Results on disk, whole or not at all: written beside their place and renamed when complete; a signal on the way removes
+//! them.
 //!
 //! A file is replaced. A folder is made if need be; files of the same names in it are replaced and all
 //! others are kept.
@@ -14,7 +15,10 @@ use std::{
 use anyhow::{Context, Result};
 use tempfile::{Builder, TempDir};
 
-use crate::exit::Failure;
+use crate::{exit::Failure, interrupt::Unfinished};
+
+/// How what is not finished is called; whoever finds it after a power loss may delete it.
+pub const UNFINISHED: &str = ".actuary-unfinished-";
 
 /// Where one file will be.
 #[derive(Debug)]
@@ -50,15 +54,15 @@ impl OutputFile {
             content(&mut stream)?;
             return stream.flush();
         }
-        let beside = Builder::new()
-            .prefix(".actuary-")
-            .permissions(Permissions::from_mode(0o666))
-            .tempfile_in(folder_of(&self.file))?;
-        let mut writer = BufWriter::new(beside);
+        let permissions = Permissions::from_mode(0o666);
+        let make = || Builder::new().prefix(UNFINISHED).permissions(permissions).tempfile_in(folder_of(&self.file));
+        let beside = Unfinished::new(make)?;
+        let mut writer = BufWriter::new(beside.made().as_file());
         content(&mut writer)?;
-        let beside = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
-        beside.as_file().sync_all()?;
-        beside.persist(&self.file)?;
+        writer.flush()?;
+        drop(writer);
+        beside.made().as_file().sync_all()?;
+        beside.finish(|beside| beside.persist(&self.file))?;
         Ok(())
     }
 }
@@ -91,13 +95,18 @@ impl OutputFolder {
         let place = if self.folder.is_dir() { self.folder.as_path() } else { folder_of(&self.folder) };
         fs::create_dir_all(place)?;
         let permissions = Permissions::from_mode(0o777);
-        let draft = Draft(Builder::new().prefix(".actuary-").permissions(permissions).tempdir_in(place)?);
+        let make = || Builder::new().prefix(UNFINISHED).permissions(permissions).tempdir_in(place);
+        let draft = Draft(Unfinished::new(make)?);
         content(&draft)?;
+        draft.0.finish(|draft| self.put(draft))
+    }
+
+    fn put(&self, draft: TempDir) -> io::Result<()> {
         if !self.folder.exists() {
             // The draft takes the place, so there is none left to remove.
-            return fs::rename(draft.0.keep(), &self.folder);
+            return fs::rename(draft.keep(), &self.folder);
         }
-        for entry in fs::read_dir(draft.0.path())? {
+        for entry in fs::read_dir(draft.path())? {
             let entry = entry?;
             fs::rename(entry.path(), self.folder.join(entry.file_name()))?;
         }
@@ -107,7 +116,7 @@ impl OutputFolder {
 
 /// A folder that is being written; dropped, it leaves nothing behind.
 #[derive(Debug)]
-pub struct Draft(TempDir);
+pub struct Draft(Unfinished<TempDir>);
 
 impl Draft {
     /// Writes a file of the folder.
@@ -123,7 +132,8 @@ fn is_stream(file: &Path) -> bool {
     fs::metadata(file).is_ok_and(|found| !found.is_file())
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// The folder that a file or folder is in.
+pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),

@@ -1,7 +1,10 @@
 //! Recorded lives: histories of fault vectors, and when they failed.
+//!
+//! What contradicts itself is refused; what may be meant so, but often is not, is noted.
 
 use std::{
     collections::BTreeMap,
+    ops::RangeInclusive,
     path::{Path, PathBuf},
 };
 
@@ -10,6 +13,7 @@ use prognosis::{Law, Observation, backtest::Run};
 
 use super::{
     laws::{self, LawColumns},
+    oddities::Oddities,
     refuse,
 };
 use crate::{
@@ -22,8 +26,21 @@ use crate::{
 
 /// No life is longer, flight hours.
 const LONGEST_FH: f64 = 1e6;
+/// Failure and last observation of one clock differ by no more than the rounding of a file, flight hours.
+const ROUNDING_FH: f64 = 1e-6;
+/// Seconds of an hour, and how far from them the ratio of two times may be that were told in both.
+const SECONDS: RangeInclusive<f64> = 3000.0..=4200.0;
 /// The column of a truth file that tells when a run failed.
 const FAILURE: &str = "t_failure_fh";
+
+/// The runs of all files.
+#[derive(Debug, Default)]
+pub struct Recordings {
+    /// In the order of the files and of the first row of each run.
+    pub runs: Vec<Recorded>,
+    /// What may not be meant so, a line each.
+    pub notes: Vec<String>,
+}
 
 /// One run with the regime that it belongs to.
 #[derive(Debug)]
@@ -64,8 +81,8 @@ struct Truth {
     row: usize,
 }
 
-/// The runs of all files, in the order of the files and of the first row of each run.
-pub fn read_all(files: Files, faults: &FaultModel) -> Result<Vec<Recorded>, Failure> {
+/// The runs of all files.
+pub fn read_all(files: Files, faults: &FaultModel) -> Result<Recordings, Failure> {
     let Files { histories, truths, growths, .. } = files;
     if !truths.is_empty() && truths.len() != histories.len() {
         return Err(refuse(format!("--truth names {} files, --histories {}", truths.len(), histories.len())));
@@ -77,30 +94,37 @@ pub fn read_all(files: Files, faults: &FaultModel) -> Result<Vec<Recorded>, Fail
     if let Some(twice) = (1..stems.len()).find(|&i| stems[..i].contains(&stems[i])) {
         return Err(refuse(format!("two files of --histories are called {}: run ids would clash", stems[twice])));
     }
-    let mut all = Vec::new();
+    let mut all = Recordings::default();
     for (i, file) in histories.iter().enumerate() {
         let mut truth = truths.get(i).map(|truth| TruthFile::read(truth, file, faults, files.laws)).transpose()?;
         let mut growth = growths.get(i).map(|file| laws::read_growth(file)).transpose()?.unwrap_or_default();
-        for (id, history) in read(file, faults)? {
+        for (id, history) in read(file, faults, &mut all.notes)? {
             let told = truth.as_mut().map_or(Ok(None), |truth| truth.take(&id, &history))?;
             let (failure_fh, law) =
                 told.as_ref().map_or((None, None), |told| (Some(told.failure_fh), told.law.clone()));
             let regime = told.and_then(|told| told.regime).or(history.regime);
             let law = law.and_then(|law| laws::with_growth(law, growth.remove(&id), regime.as_deref()));
             let id = if histories.len() > 1 { format!("{}/{id}", stems[i]) } else { id };
-            all.push(Recorded { run: Run { id, observations: history.observations, failure_fh }, regime, law });
+            all.runs.push(Recorded { run: Run { id, observations: history.observations, failure_fh }, regime, law });
         }
-        truth.map_or(Ok(()), |truth| truth.check_use())?;
+        if let Some(truth) = truth {
+            truth.check_use()?;
+            all.notes.extend(truth.notes());
+        }
     }
     Ok(all)
 }
 
 /// The observations of every history of a file; the noise of the observations is not known yet.
-pub fn read_observations(file: &Path, faults: &FaultModel) -> Result<Vec<Vec<Observation>>, Failure> {
-    Ok(read(file, faults)?.into_iter().map(|(_, history)| history.observations).collect())
+pub fn read_observations(
+    file: &Path,
+    faults: &FaultModel,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Vec<Observation>>, Failure> {
+    Ok(read(file, faults, notes)?.into_iter().map(|(_, history)| history.observations).collect())
 }
 
-fn read(file: &Path, faults: &FaultModel) -> Result<Vec<(String, History)>, Failure> {
+fn read(file: &Path, faults: &FaultModel, notes: &mut Vec<String>) -> Result<Vec<(String, History)>, Failure> {
     let table = Table::open(file)?;
     let (ids, times) = (table.column("run_id")?, table.column("t_fh")?);
     let [regimes, loads, temperatures] = ["regime", "load", "temp"].map(|name| table.optional_column(name));
@@ -108,14 +132,14 @@ fn read(file: &Path, faults: &FaultModel) -> Result<Vec<(String, History)>, Fail
     let optional = |column: Option<Column>, row| column.map_or(Ok(None), |column| column.optional_number(row));
     let mut places = BTreeMap::new();
     let mut histories: Vec<(String, History)> = Vec::new();
+    let mut oddities = Oddities::default();
     for row in 0..table.rows() {
-        let place = *places.entry(name(&ids, row)?).or_insert(histories.len());
+        let regime_of = |column: Column<'_>| column.optional_text(row).map(str::to_owned);
+        let place = *places.entry(ids.name(row)?).or_insert(histories.len());
         if place == histories.len() {
-            let regime = regimes.map(|column| column.text(row).to_owned());
+            let regime = regimes.and_then(regime_of);
             histories.push((ids.text(row).to_owned(), History { regime, observations: Vec::new() }));
-        } else if let Some(column) =
-            regimes.filter(|column| histories[place].1.regime.as_deref() != Some(column.text(row)))
-        {
+        } else if let Some(column) = regimes.filter(|column| histories[place].1.regime != regime_of(*column)) {
             let (id, history) = &histories[place];
             let regime = history.regime.as_deref().unwrap_or_default();
             return Err(
@@ -123,15 +147,22 @@ fn read(file: &Path, faults: &FaultModel) -> Result<Vec<(String, History)>, Fail
             );
         }
         let k: Vec<f64> = entries.iter().map(|column| fault(column, row)).collect::<Result<_, _>>()?;
-        histories[place].1.observations.push(Observation {
-            t_fh: time(&times, row)?,
+        let (id, History { observations, .. }) = &mut histories[place];
+        let t_fh = time(&times, row)?;
+        oddities.row(id, observations.last().map(|before| before.t_fh), t_fh, table.line(row));
+        observations.push(Observation {
+            t_fh,
             sigma: vec![0.0; k.len()],
             fault_vector: FaultVector(k),
             load: optional(loads, row)?,
             temperature: optional(temperatures, row)?,
         });
     }
-    histories.iter_mut().for_each(|(_, history)| put_in_order(&mut history.observations));
+    for (id, history) in &mut histories {
+        put_in_order(&mut history.observations);
+        oddities.history(id, &history.observations);
+    }
+    notes.extend(oddities.notes(file));
     Ok(histories)
 }
 
@@ -155,6 +186,8 @@ struct TruthFile<'a> {
     table: Table,
     by_run: BTreeMap<String, Truth>,
     taken: usize,
+    /// Histories that it does not tell of.
+    untold: Vec<String>,
 }
 
 impl<'a> TruthFile<'a> {
@@ -165,27 +198,49 @@ impl<'a> TruthFile<'a> {
         let laws = laws.then(|| LawColumns::of(&table, faults)).transpose()?;
         let mut by_run = BTreeMap::new();
         for row in 0..table.rows() {
-            let regime = regimes.map(|column| column.text(row).to_owned());
+            let regime = regimes.and_then(|column| column.optional_text(row)).map(str::to_owned);
             let law = laws.as_ref().map(|columns| columns.read(row)).transpose()?;
             let told = Truth { regime, failure_fh: time(&times, row)?, law, row };
-            if by_run.insert(name(&ids, row)?, told).is_some() {
+            if by_run.insert(ids.name(row)?.to_owned(), told).is_some() {
                 return Err(ids.refuse(row, format!("run {} is there twice", ids.text(row))));
             }
         }
-        Ok(Self { file, histories, table, by_run, taken: 0 })
+        Ok(Self { file, histories, table, by_run, taken: 0, untold: Vec::new() })
     }
 
-    /// What it tells of a run, if anything. A run that failed before it was ever observed has another clock.
+    /// What it tells of a run, if anything. A run that is observed after its failure is another, or has another clock.
     fn take(&mut self, id: &str, history: &History) -> Result<Option<Truth>, Failure> {
-        let Some(told) = self.by_run.remove(id) else { return Ok(None) };
-        let first_fh = history.observations[0].t_fh;
-        if told.failure_fh < first_fh {
-            let reason =
-                format!("run {id} fails at {} h, before its first observation at {first_fh} h", told.failure_fh);
+        let Some(told) = self.by_run.remove(id) else {
+            self.untold.push(id.to_owned());
+            return Ok(None);
+        };
+        let (failure_fh, times) = (told.failure_fh, history.observations.iter().map(|observation| observation.t_fh));
+        let (first_fh, last_fh) =
+            times.fold((f64::INFINITY, 0.0), |(first, last), t_fh| (t_fh.min(first), t_fh.max(last)));
+        if failure_fh < last_fh - ROUNDING_FH {
+            let (which, at_fh) = if failure_fh < first_fh { ("first", first_fh) } else { ("last", last_fh) };
+            let unit = if SECONDS.contains(&(last_fh / failure_fh)) { ": are those seconds?" } else { "" };
+            let reason = format!("run {id} fails at {failure_fh} h, before its {which} observation at {at_fh} h{unit}");
             return Err(self.table.column(FAILURE)?.refuse(told.row, reason));
         }
         self.taken += 1;
         Ok(Some(told))
+    }
+
+    /// Runs that are in one of the two files only.
+    fn notes(&self) -> Vec<String> {
+        let (file, histories) = (self.file.display(), self.histories.display());
+        let some = |count: usize, first: Option<&String>| match (count, first) {
+            (1, Some(id)) => Some(format!("run {id}")),
+            (_, Some(id)) => Some(format!("{count} runs (such as {id})")),
+            (_, None) => None,
+        };
+        let alone = some(self.by_run.len(), self.by_run.keys().next());
+        let untold = some(self.untold.len(), self.untold.first());
+        let alone = alone.map(|runs| format!("{file} tells of {runs} that {histories} does not have"));
+        let untold =
+            untold.map(|runs| format!("{runs} of {histories} cannot be judged: {file} does not tell when it failed"));
+        alone.into_iter().chain(untold).collect()
     }
 
     /// A file that belongs to other histories is a mistake.
@@ -197,18 +252,13 @@ impl<'a> TruthFile<'a> {
     }
 }
 
-/// A field that is not empty.
-pub fn name(column: &Column, row: usize) -> Result<String, Failure> {
-    match column.text(row) {
-        "" => Err(column.refuse(row, "empty")),
-        id => Ok(id.to_owned()),
-    }
-}
-
 /// Flight hours since the start of a life.
 pub fn time(column: &Column, row: usize) -> Result<f64, Failure> {
     match column.number(row)? {
         t_fh if (0.0..=LONGEST_FH).contains(&t_fh) => Ok(t_fh),
-        t_fh => Err(column.refuse(row, format!("{t_fh} is outside 0 to {LONGEST_FH} flight hours"))),
+        t_fh => {
+            let unit = if t_fh > LONGEST_FH { ": are these seconds?" } else { "" };
+            Err(column.refuse(row, format!("{t_fh} is outside 0 to {LONGEST_FH} flight hours{unit}")))
+        }
     }
 }

@@ -35,6 +35,8 @@ pub struct Knowledge {
     pub sigma: Vec<f64>,
     /// Lengths of the lives that taught the prior, flight hours; none without their histories.
     pub lives_fh: Vec<f64>,
+    /// What is odd about the lives that taught it, a line each.
+    pub notes: Vec<String>,
 }
 
 /// Reads a model bundle.
@@ -62,6 +64,7 @@ impl Knowledge {
             changing_prior: bundle.prior.growth_changes.is_some().then(|| bundle.prior.clone()),
             sigma: DIAGNOSIS_SD.into(),
             lives_fh: Vec::new(),
+            notes: Vec::new(),
             faults,
         };
         if !labels.is_empty() {
@@ -102,7 +105,7 @@ impl Knowledge {
     /// Noise, priors and failure-time errors from the histories of lives that ended in failure.
     fn learn_from(&mut self, file: &Path, growth_changes: bool, seed: u64) -> Result<()> {
         let refused = |reason: &dyn std::fmt::Display| refuse(format!("{}: {reason}", file.display()));
-        let mut lives = histories::read_observations(file, &self.faults)?;
+        let mut lives = histories::read_observations(file, &self.faults, &mut self.notes)?;
         self.sigma = fit_noise(&lives, &self.faults).map_err(|error| refused(&error))?;
         lives.iter_mut().for_each(|life| self.set_noise(life));
         let settings = FitSettings::default();

@@ -5,10 +5,7 @@ use std::{collections::BTreeMap, path::Path};
 use domain::FaultModel;
 use prognosis::Law;
 
-use super::{
-    histories::{name, time},
-    refuse,
-};
+use super::{histories::time, refuse};
 use crate::{
     exit::Failure,
     files::table::{Column, Table},
@@ -69,7 +66,7 @@ pub fn read_growth(file: &Path) -> Result<GrowthTable, Failure> {
         if growth < 0.0 {
             return Err(growths.refuse(row, format!("{growth} is below zero")));
         }
-        rows.entry(name(&ids, row)?).or_default().push((t_fh, growth, row));
+        rows.entry(ids.name(row)?.to_owned()).or_default().push((t_fh, growth, row));
     }
     let mut by_run = GrowthTable::new();
     for (id, mut rows) in rows {

@@ -15,8 +15,8 @@ use crate::{clock, database::Database, exit::Failure, say::say, service::on_runt
 /// Keep a bundle beside the others and publish its masks; it judges nothing before it is activated.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  actuary model add bundle.json --database-url sqlite:fleet.sqlite\n\n\
-    The file is read, its masks are checked, and a made-up life is followed from its first upload to its\n\
-    forecast before anything is stored. A running service is not disturbed.")]
+    Before anything is stored the file is read, every figure is looked at, maps of known faults are diagnosed, and\n\
+    lives whose end is known are followed to their forecast. A running service is not disturbed.")]
 pub struct Arguments {
     /// The bundle, as `actuary train` writes it.
     #[arg(value_name = "FILE")]

@@ -1,13 +1,21 @@
 //! `actuary simulate fleet`: a fleet that uploads to a running service.
 
-use std::{fs::File, io::BufWriter, path::PathBuf, time::Duration};
+use std::{path::PathBuf, time::Duration};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::{Args, ValueEnum};
 use domain::Timestamp;
 use simulator::{Client, Fleet, FleetError, FleetPlan, Physics};
 
-use crate::{clock, exit::Failure, http::Access, say::say, telemetry, upkeep::UpkeepArguments};
+use crate::{
+    clock,
+    exit::Failure,
+    files::output::OutputFile,
+    http::{self, Access, Address},
+    say::say,
+    telemetry,
+    upkeep::UpkeepArguments,
+};
 
 /// How long an answer may take.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -18,8 +26,8 @@ const PATIENCE: Duration = Duration::from_secs(30);
 #[command(after_help = "Example:\n  actuary simulate fleet --url http://127.0.0.1:8080 --tails 2 --truth truth.csv")]
 pub struct Arguments {
     /// The service.
-    #[arg(long)]
-    url: String,
+    #[arg(long, env = "ACTUARY_URL", hide_env_values = true)]
+    url: Address,
     #[command(flatten)]
     access: Access,
     /// Aircraft of the fleet.
@@ -78,23 +86,23 @@ async fn fly(arguments: Arguments) -> Result<()> {
         },
         upkeep: arguments.upkeep.into(),
     };
-    let http = arguments.access.client(&arguments.url, PATIENCE)?;
-    let client = Client::new(http, &arguments.url).map_err(failure)?;
+    let url = arguments.url.url()?;
+    let truth = arguments.truth.as_deref().map(OutputFile::new).transpose()?;
+    let client = Client::new(arguments.access.client(&url, PATIENCE)?, url);
     let mut fleet = Fleet::launch(plan, client).await.map_err(failure)?;
     let flown = fleet.fly_until(arguments.hours).await.map_err(failure)?;
-    if let Some(file) = &arguments.truth {
-        let write = || simulator::write_truth(fleet.truth(), &mut BufWriter::new(File::create(file)?));
-        write().with_context(|| format!("cannot write {}", file.display()))?;
+    if let Some(truth) = &truth {
+        truth.write(|writer| simulator::write_truth(fleet.truth(), writer))?;
     }
     say!("{} uploads accepted, {} known already", flown.accepted, flown.duplicates);
     Ok(())
 }
 
 fn failure(error: FleetError) -> anyhow::Error {
-    let text = error.to_string();
     match error {
-        FleetError::NotReachable { .. } => Failure::NotReachable(text).into(),
-        FleetError::BadUrl { .. } | FleetError::BadPlan { .. } => Failure::BadInput(text).into(),
+        FleetError::NotReachable { url, error } => http::silent(&url, &error).into(),
+        FleetError::Overloaded(_) => Failure::NotReachable(error.to_string()).into(),
+        FleetError::BadPlan { .. } => Failure::BadInput(error.to_string()).into(),
         other => other.into(),
     }
 }
