@@ -257,6 +257,47 @@ const RELATIONS: &[Relation] = &[
         ),
     },
     Relation {
+        table: "installations",
+        detail: "it is missing, though uploads saw it and no event says otherwise",
+        sql: of_component!(
+            "observed_installations",
+            "
+        not exists (
+          select 1 from movements m
+          where m.operator = k.operator and m.part_number = k.part_number and m.serial_number = k.serial_number)
+        and not exists (
+          select 1 from movements m
+          where m.operator = k.operator and m.tail = k.tail and m.position = k.position)
+        and not exists (
+          select 1 from installations i
+          where i.operator = k.operator and i.tail = k.tail and i.position = k.position and i.from_at = k.from_at
+            and i.from_by = 'upload' and i.from_name = k.from_upload and i.part_number = k.part_number
+            and i.serial_number = k.serial_number and i.to_at is not distinct from k.to_at
+            and i.to_name is not distinct from k.to_upload)"
+        ),
+    },
+    Relation {
+        table: "installations",
+        detail: "it is missing, though its component was installed last of all",
+        sql: of_component!(
+            "movements",
+            "
+        k.inward = 1
+        and not exists (
+          select 1 from movements m
+          where m.operator = k.operator and m.part_number = k.part_number and m.serial_number = k.serial_number
+            and m.occurred_at >= k.occurred_at and m.event_id <> k.event_id)
+        and not exists (
+          select 1 from movements m
+          where m.operator = k.operator and m.tail = k.tail and m.position = k.position and m.inward = 1
+            and m.occurred_at >= k.occurred_at and m.event_id <> k.event_id)
+        and not exists (
+          select 1 from installations i
+          where i.operator = k.operator and i.tail = k.tail and i.position = k.position
+            and i.part_number = k.part_number and i.serial_number = k.serial_number and i.to_at is null)"
+        ),
+    },
+    Relation {
         table: "sensor_configurations",
         detail: "it is missing, though it is in force",
         sql: "

@@ -17,7 +17,7 @@ const CACHE: &str = "checkpoints";
 /// Columns that no answer rests on.
 const VOLATILE: [&str; 1] = ["touched_revision"];
 /// Tables of which a row can vanish without a word: caches, and records that nothing else tells of.
-const SILENT: [&str; 6] = [CACHE, "states", "prognoses", "exclusions", "installations", "retried"];
+const SILENT: [&str; 5] = [CACHE, "states", "prognoses", "exclusions", "retried"];
 
 /// What is told of the database, one line for each damage.
 async fn told(store: &Store) -> Vec<String> {
