@@ -93,6 +93,7 @@ impl Service {
     /// Opens the database and starts what was asked for; whoever answers callers makes sure that a model
     /// is active first.
     pub async fn start(settings: Settings) -> Result<Self> {
+        outlive_limits();
         // Before anything is recorded.
         let metrics = server::Metrics::install()?;
         let api_listener = bind(settings.api.as_ref().map(|api| api.door.address)).await?;
@@ -197,6 +198,14 @@ pub fn on_runtime(process: impl Future<Output = Result<()>>) -> Result<()> {
     let outcome = runtime.block_on(process);
     runtime.shutdown_background();
     outcome
+}
+
+/// A file that must not grow further is an error of its writer, as a full disk is, and no end of the process, as
+/// SIGXFSZ would have it.
+fn outlive_limits() {
+    use tokio::signal::unix::{SignalKind, signal};
+    const SIGXFSZ: i32 = 25;
+    let _ = signal(SignalKind::from_raw(SIGXFSZ));
 }
 
 async fn bind(address: Option<SocketAddr>) -> Result<Option<TcpListener>> {

@@ -24,6 +24,7 @@ mod ingest;
 mod intake;
 mod lines;
 mod ndjson;
+mod outage;
 mod outgoing;
 mod page;
 mod parameters;

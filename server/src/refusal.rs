@@ -21,7 +21,7 @@ use store::StoreError;
 use tonic::{Code, Status};
 use tonic_types::{ErrorDetails, FieldViolation, StatusExt};
 
-use crate::auth::Unauthenticated;
+use crate::{auth::Unauthenticated, outage::Outage};
 
 /// When to come back after an overload.
 const RETRY_AFTER_S: u64 = 1;
@@ -86,6 +86,9 @@ pub enum Refusal {
     /// Not now.
     #[error("{0}: try again")]
     Unavailable(String),
+    /// Nothing can be stored, whatever is sent.
+    #[error("{}: nothing was changed; try again", .0.words())]
+    Outage(Outage),
     /// A fault of the server; the log knows more.
     #[error("a fault of the server: it was logged")]
     Internal,
@@ -131,7 +134,7 @@ impl Refusal {
             Self::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
             Self::UnsupportedMediaType { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
             Self::Interrupted => StatusCode::REQUEST_TIMEOUT,
-            Self::Unavailable(_) => StatusCode::SERVICE_UNAVAILABLE,
+            Self::Unavailable(_) | Self::Outage(_) => StatusCode::SERVICE_UNAVAILABLE,
             Self::Internal => StatusCode::INTERNAL_SERVER_ERROR,
         }
     }
@@ -162,8 +165,12 @@ impl Refusal {
             Self::Conflict(upload_id) => Some(upload_id.to_string()),
             _ => None,
         };
+        let kind = match self {
+            Self::Outage(outage) => outage.kind(),
+            _ => "about:blank",
+        };
         Problem {
-            kind: "about:blank".to_owned(),
+            kind: kind.to_owned(),
             title: status.canonical_reason().unwrap_or_default().to_owned(),
             status: status.as_u16(),
             detail: self.to_string(),
@@ -178,7 +185,7 @@ impl Refusal {
             Self::Conflict(_) => Ingested::Conflict,
             // The upload is as good as any: it is to be sent again by who may.
             Self::Unauthenticated(_) | Self::Interrupted => Ingested::Unavailable,
-            Self::Unavailable(_) | Self::Internal => Ingested::Unavailable,
+            Self::Unavailable(_) | Self::Outage(_) | Self::Internal => Ingested::Unavailable,
             _ => Ingested::Invalid,
         }
     }
@@ -204,7 +211,7 @@ impl Refusal {
             Self::MethodNotAllowed => Code::Unimplemented,
             Self::Conflict(_) => Code::AlreadyExists,
             Self::Contradiction(_) => Code::FailedPrecondition,
-            Self::Unavailable(_) => Code::Unavailable,
+            Self::Unavailable(_) | Self::Outage(_) => Code::Unavailable,
             Self::Internal => Code::Internal,
         }
     }
@@ -215,7 +222,7 @@ impl IntoResponse for Refusal {
         let mut response = (self.status(), Json(self.problem())).into_response();
         let headers = response.headers_mut();
         headers.insert(CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
-        if let Self::Unavailable(_) = self {
+        if let Self::Unavailable(_) | Self::Outage(_) = self {
             headers.insert(RETRY_AFTER, HeaderValue::from(RETRY_AFTER_S));
         }
         if let Self::Unauthenticated(why) = &self {
@@ -235,7 +242,7 @@ impl From<Refusal> for Status {
             let violation = |v: v1::FieldViolation| FieldViolation::new(v.field, v.description);
             details.set_bad_request(violations.into_iter().map(violation).collect::<Vec<_>>());
         }
-        if let Refusal::Unavailable(_) = refusal {
+        if let Refusal::Unavailable(_) | Refusal::Outage(_) = refusal {
             details.set_retry_info(Some(Duration::from_secs(RETRY_AFTER_S)));
         }
         Status::with_error_details(refusal.code(), refusal.to_string(), details)
@@ -258,13 +265,18 @@ impl From<Invalid> for Refusal {
 }
 
 impl From<StoreError> for Refusal {
+    /// An outage is logged by the store, once, and not with each of the requests that meet it.
     fn from(error: StoreError) -> Self {
+        if let Some(outage) = Outage::of(&error) {
+            tracing::debug!(%error, "nothing can be stored");
+            return Self::Outage(outage);
+        }
         match error {
             StoreError::Overloaded { .. } | StoreError::Closed | StoreError::NoActiveBundle => {
                 Self::Unavailable(error.to_string())
             }
             StoreError::Unavailable(_) => {
-                tracing::warn!(%error, "the database does not answer");
+                tracing::debug!(%error, "the database does not answer");
                 Self::Unavailable("the database does not answer".to_owned())
             }
             fault => {
@@ -298,5 +310,24 @@ mod tests {
         let status = Status::from(refusal);
         assert_eq!(status.code(), Code::Unavailable);
         assert!(status.get_error_details().retry_info().is_some());
+    }
+
+    #[test]
+    fn each_outage_is_told_by_a_kind_of_its_own_on_both_transports() {
+        for (outage, kind) in [
+            (Outage::StorageFull, "/problems/storage-full"),
+            (Outage::ReadOnly, "/problems/read-only"),
+            (Outage::Locked, "/problems/locked"),
+            (Outage::IoError, "/problems/io-error"),
+        ] {
+            let refusal = Refusal::Outage(outage);
+            assert_eq!((refusal.problem().kind.as_str(), refusal.ingested()), (kind, Ingested::Unavailable));
+            let status = Status::from(refusal.clone());
+            assert_eq!(status.code(), Code::Unavailable);
+            assert!(status.get_error_details().retry_info().is_some());
+            let response = refusal.into_response();
+            assert_eq!(response.status(), StatusCode::SERVICE_UNAVAILABLE);
+            assert_eq!(response.headers()[RETRY_AFTER], "1");
+        }
     }
 }

@@ -87,11 +87,20 @@ pub enum StoreError {
         /// How many uploads may wait.
         capacity: usize,
     },
+    /// There is no room: a full disk, an exhausted quota.
+    #[error("there is no room left to store anything: {0}")]
+    StorageFull(#[source] Arc<sqlx::Error>),
+    /// The medium does not take what is written, or does not give what is read.
+    #[error("the storage of the database fails: {0}")]
+    StorageFails(#[source] Arc<sqlx::Error>),
+    /// Someone else holds what is to be written for too long.
+    #[error("the database is held by someone else for too long: {0}")]
+    Busy(#[source] Arc<sqlx::Error>),
     /// What was asked for is done with a file.
     #[error("a Postgres database is no file: copy it with pg_dump, check its structure with pg_amcheck")]
     NotAFile,
-    /// The store was opened for reading only.
-    #[error("the database is open for reading only")]
+    /// The store was opened for reading only, or the database takes no writes: a standby, a read-only file.
+    #[error("the database is read-only")]
     ReadOnly,
     /// The store was closed.
     #[error("the store is closed")]
@@ -147,12 +156,9 @@ impl From<sqlx::Error> for StoreError {
             sqlx::Error::ColumnDecode { index, source } => {
                 Self::Corrupt { row: format!("column {index}"), detail: source.to_string() }
             }
-            sqlx::Error::Database(refusal) if refusal.code().as_deref().is_some_and(is_damage) => {
-                Self::Corrupt { row: "database file".to_owned(), detail: refusal.message().to_owned() }
-            }
-            sqlx::Error::Database(refusal) if refusal.code().as_deref() == Some(READ_ONLY) => Self::ReadOnly,
-            sqlx::Error::Database(refusal) if refusal.code().as_deref().is_some_and(passes) => {
-                Self::Unavailable(Arc::new(error))
+            sqlx::Error::Database(refusal) => {
+                let (code, detail) = (refusal.code().unwrap_or_default().into_owned(), refusal.message().to_owned());
+                Self::of_code(&code, detail, error)
             }
             sqlx::Error::Io(_) | sqlx::Error::PoolTimedOut | sqlx::Error::WorkerCrashed => {
                 Self::Unavailable(Arc::new(error))
@@ -164,6 +170,39 @@ impl From<sqlx::Error> for StoreError {
 }
 
 impl StoreError {
+    /// Whether it is not the fault of what was to be stored: nothing can be stored (or read) for now, and later
+    /// it can, once there is room, a disk that works, a primary, or a database that answers.
+    pub fn is_outage(&self) -> bool {
+        matches!(
+            self,
+            Self::StorageFull(_) | Self::StorageFails(_) | Self::Busy(_) | Self::ReadOnly | Self::Unavailable(_)
+        )
+    }
+
+    /// What a database refused with a code: five characters from Postgres, a number from SQLite.
+    fn of_code(code: &str, detail: String, error: sqlx::Error) -> Self {
+        let error = Arc::new(error);
+        match code.parse::<i64>() {
+            Ok(number) if code.len() < 5 => match number & 0xff {
+                SQLITE_BUSY | SQLITE_LOCKED | SQLITE_PROTOCOL => Self::Busy(error),
+                SQLITE_READONLY => Self::ReadOnly,
+                SQLITE_IOERR | SQLITE_CANTOPEN => Self::StorageFails(error),
+                SQLITE_FULL => Self::StorageFull(error),
+                SQLITE_CORRUPT | SQLITE_NOTADB => Self::Corrupt { row: "database file".to_owned(), detail },
+                _ => Self::Database(error),
+            },
+            _ => match code {
+                "25006" => Self::ReadOnly,
+                "53100" => Self::StorageFull(error),
+                "55P03" => Self::Busy(error),
+                "58030" => Self::StorageFails(error),
+                "XX001" | "XX002" => Self::Corrupt { row: "database file".to_owned(), detail },
+                code if passes(code) => Self::Unavailable(error),
+                _ => Self::Database(error),
+            },
+        }
+    }
+
     /// The error for a URL, without what may be a secret in it.
     pub(crate) fn unsupported(url: &str) -> Self {
         let url = match (url.find("://"), url.rfind('@')) {
@@ -174,19 +213,20 @@ impl StoreError {
     }
 }
 
-/// What Postgres says of a write where only reading is allowed.
-const READ_ONLY: &str = "25006";
+/// Primary result codes of SQLite; an extended code has one of them in its lowest byte.
+const SQLITE_BUSY: i64 = 5;
+const SQLITE_LOCKED: i64 = 6;
+const SQLITE_READONLY: i64 = 8;
+const SQLITE_IOERR: i64 = 10;
+const SQLITE_CORRUPT: i64 = 11;
+const SQLITE_FULL: i64 = 13;
+const SQLITE_CANTOPEN: i64 = 14;
+const SQLITE_PROTOCOL: i64 = 15;
+const SQLITE_NOTADB: i64 = 26;
 
 /// Whether a code of Postgres means a trouble that passes: a connection that ended, a server that stops or
-/// starts or has too many callers, a deadlock, a lock or statement that took too long.
+/// starts or has too many callers or too little memory, a deadlock, a statement that took too long.
 fn passes(code: &str) -> bool {
-    const PASSING: [&str; 10] =
-        ["25P03", "40001", "40P01", "53300", "55P03", "57014", "57P01", "57P02", "57P03", "57P05"];
-    (code.len() == 5 && code.starts_with("08")) || PASSING.contains(&code)
-}
-
-/// Whether a code means damage: SQLITE_CORRUPT or SQLITE_NOTADB, extended ones included; data or an index that Postgres
-/// calls corrupted.
-fn is_damage(code: &str) -> bool {
-    matches!(code, "XX001" | "XX002") || code.parse::<i64>().is_ok_and(|code| matches!(code & 0xff, 11 | 26))
+    const PASSING: [&str; 8] = ["25P03", "40001", "40P01", "57014", "57P01", "57P02", "57P03", "57P05"];
+    (code.len() == 5 && (code.starts_with("08") || code.starts_with("53"))) || PASSING.contains(&code)
 }

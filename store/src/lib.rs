@@ -22,6 +22,7 @@ mod lesson;
 mod maintenance;
 mod model;
 mod options;
+mod outages;
 mod periods;
 mod postgres;
 mod prior;

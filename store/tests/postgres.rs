@@ -265,6 +265,84 @@ async fn a_database_open_for_reading_is_not_written() {
     assert!(matches!(refused, Err(StoreError::ReadOnly)), "{refused:?}");
 }
 
+/// Until the database is ready again, as a probe waits for it.
+async fn becomes_ready(store: &Store) {
+    let ready = async {
+        while store.ping().await.is_err() {
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    };
+    timeout(HANG, ready).await.expect("it is ready at last");
+}
+
+#[tokio::test]
+async fn a_disk_without_room_refuses_what_is_sent_until_there_is_room_and_reading_goes_on() {
+    let database = Database::new();
+    let store = database.ready().await;
+    store.accept(&operator(), upload("before", "0001"), day(0.0)).await.unwrap();
+    let owner = database.postgres().await.owner_url();
+    let full = "create function full_disk() returns trigger language plpgsql as
+                $$ begin raise exception 'could not extend file' using errcode = '53100'; end $$";
+    execute(&owner, full).await;
+    for table in ["uploads", "lesson_claims"] {
+        let sql =
+            format!("create trigger full_disk before insert on {table} for each row execute function full_disk()");
+        execute(&owner, &sql).await;
+    }
+    let mut callers = JoinSet::new();
+    for i in 0..20 {
+        let store = store.clone();
+        callers.spawn(async move { store.accept(&operator(), upload(&format!("u{i}"), "0001"), day(0.0)).await });
+    }
+    for answer in callers.join_all().await {
+        assert!(matches!(answer, Err(StoreError::StorageFull(_))), "{answer:?}");
+    }
+    assert!(matches!(store.ping().await, Err(StoreError::StorageFull(_))));
+    assert_eq!(store.pending().await.unwrap(), 1);
+    execute(&owner, "drop function full_disk cascade").await;
+    becomes_ready(&store).await;
+    assert_eq!(store.accept(&operator(), upload("u0", "0001"), day(0.0)).await.unwrap(), Receipt::Accepted);
+}
+
+#[tokio::test]
+async fn a_server_that_became_a_standby_is_left_for_the_primary() {
+    let database = Database::new();
+    let store = database.ready().await;
+    let superuser = database.postgres().await.superuser_url();
+    let read_only = |on: &str| {
+        format!(
+            "do $$ begin execute format('alter role actuary_test_service in database %I
+               set default_transaction_read_only = {on}', current_database()); end $$"
+        )
+    };
+    execute(&superuser, &read_only("on")).await;
+    let ended = "select count(pg_terminate_backend(pid)) from pg_stat_activity
+                 where datname = current_database() and pid <> pg_backend_pid()";
+    number(&superuser, ended).await;
+    let refused = store.accept(&operator(), upload("u1", "0001"), day(0.0)).await;
+    assert!(matches!(refused, Err(StoreError::ReadOnly)), "{refused:?}");
+    assert!(matches!(store.ping().await, Err(StoreError::ReadOnly)));
+    assert_eq!(store.pending().await.unwrap(), 0);
+    execute(&superuser, &read_only("off")).await;
+    becomes_ready(&store).await;
+    assert_eq!(store.accept(&operator(), upload("u1", "0001"), day(0.0)).await.unwrap(), Receipt::Accepted);
+}
+
+#[tokio::test]
+async fn slow_an_operator_whose_row_another_holds_is_told_and_written_again_when_it_is_free() {
+    let database = Database::new();
+    let store = database.ready().await;
+    store.accept(&operator(), upload("u1", "0001"), day(0.0)).await.unwrap();
+    let mut holder = connect(&database.postgres().await.superuser_url()).await;
+    holder.execute("begin; select 1 from operators for update").await.unwrap();
+    let refused = store.accept(&operator(), upload("u2", "0001"), day(0.0)).await;
+    assert!(matches!(refused, Err(StoreError::Busy(_))), "{refused:?}");
+    assert_eq!(store.pending().await.unwrap(), 1);
+    holder.execute("rollback").await.unwrap();
+    assert_eq!(store.accept(&operator(), upload("u2", "0001"), day(0.0)).await.unwrap(), Receipt::Accepted);
+    becomes_ready(&store).await;
+}
+
 /// Keeps ending the connections of the service, until dropped.
 struct Chaos(tokio::task::JoinHandle<()>, Arc<AtomicUsize>);
 

@@ -160,6 +160,41 @@ async fn one_bad_upload_of_a_batch_fails_alone() {
 }
 
 #[tokio::test]
+async fn a_transaction_that_the_database_ended_by_itself_is_the_last_of_its_connection_only() {
+    let database = Database::new();
+    database.ready().await.close().await;
+    // As a full disk does, it leaves nothing to be rolled back; the other fails in the commit itself.
+    for sql in [
+        "create trigger gone before insert on uploads when new.upload_id like 'gone%'
+         begin select raise(rollback, 'ended by the test'); end",
+        "create table elsewhere (id text primary key)",
+        "create table bound (id text references elsewhere deferrable initially deferred)",
+        "create trigger late after insert on uploads when new.upload_id like 'late%'
+         begin insert into bound values (new.upload_id); end",
+    ] {
+        execute(&database.path(), sql).await;
+    }
+    let store = database.open().await;
+    for bad in ["gone", "late"] {
+        let mut callers = JoinSet::new();
+        for i in 0..20 {
+            let (store, failing) = (store.clone(), i % 7 == 3);
+            let id = if failing { format!("{bad}{i}") } else { format!("{i}-beside-{bad}") };
+            callers.spawn(
+                async move { (failing, store.accept(&operator(), upload(&id, "0001"), day(0.0)).await.is_err()) },
+            );
+        }
+        for (failing, failed) in callers.join_all().await {
+            assert_eq!(failing, failed, "{bad}");
+        }
+        store.ping().await.unwrap();
+        let after = store.accept(&operator(), upload(&format!("after-{bad}"), "0001"), day(0.0)).await;
+        assert_eq!(after.unwrap(), Receipt::Accepted);
+    }
+    assert_eq!(store.pending().await.unwrap(), 2 * 17 + 2);
+}
+
+#[tokio::test]
 async fn every_commit_is_measured() {
     let recorder = PrometheusBuilder::new().build_recorder();
     let figures = recorder.handle();

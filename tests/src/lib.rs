@@ -81,6 +81,11 @@ impl Service {
         Some(Self { child, _stdout: stdout, url: url.to_owned() })
     }
 
+    /// The process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Sends it a signal, such as `STOP`.
     pub fn signal(&self, name: &str) {
         signal(self.child.id(), name);

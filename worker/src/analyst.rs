@@ -1,11 +1,16 @@
 //! One lease from its inputs to its results.
 
+use std::time::Duration;
+
 use domain::{ContentHash, Life, Timestamp};
 use pipeline::{Checkpoint, Model, Prior};
 use store::{Completion, Lease, LifeInputs, LifeResults, Store};
-use tokio::task::spawn_blocking;
+use tokio::{task::spawn_blocking, time::sleep};
 
 use crate::{Clock, WorkerError, analysis, memory::Memory, models::Models};
+
+/// How long results wait before it is tried again to store them.
+const OUTAGE: Duration = Duration::from_millis(500);
 
 /// Analyses leased components; what it keeps between leases can be read or computed again.
 pub struct Analyst {
@@ -47,9 +52,14 @@ impl Analyst {
         Ok(analysis)
     }
 
-    /// Writes results, unless the lease has ended.
+    /// Writes results, unless the lease has ended. While nothing can be stored they are kept and tried again.
     pub async fn complete(&self, lease: &Lease, analysis: Analysis) -> Result<Completion, WorkerError> {
-        let completion = self.store.complete(lease, analysis.results).await?;
+        let completion = loop {
+            match self.store.complete(lease, analysis.results.clone()).await {
+                Err(error) if error.is_outage() => sleep(OUTAGE).await,
+                completed => break completed?,
+            }
+        };
         for (life, generation, latest) in analysis.latest {
             self.memory.keep(life, generation, latest);
         }

@@ -30,6 +30,7 @@ pub async fn learn(store: Store, analyst: Arc<Analyst>, settings: Settings, shut
                     }
                 }
             }
+            Err(error) if error.is_outage() => {}
             Err(error) => tracing::error!(%error, "cannot look for what there is to learn"),
         }
         wait(std::future::pending(), &settings, &shutdown).await;
@@ -54,7 +55,9 @@ async fn claim_and_take(
         }
         Ok::<_, WorkerError>(())
     };
-    if let Err(error) = taken.await {
+    if let Err(error) = taken.await
+        && !error.is_outage()
+    {
         let Lesson { operator, part_number, .. } = lesson;
         tracing::error!(%operator, %part_number, %error, "cannot learn from finished lives");
     }

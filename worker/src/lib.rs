@@ -82,6 +82,13 @@ pub enum WorkerError {
     Abnormal(#[from] JoinError),
 }
 
+impl WorkerError {
+    /// Whether the store tells of it, once for all that meet it.
+    fn is_outage(&self) -> bool {
+        matches!(self, Self::Store(error) if error.is_outage())
+    }
+}
+
 /// Analyses components until `shutdown`; returns once the analyses under way have ended or were handed back.
 /// A computation that was handed back may still run on its thread; nothing waits for it.
 pub async fn run(store: Store, settings: Settings, shutdown: CancellationToken) {
@@ -120,7 +127,9 @@ async fn lane(store: Store, analyst: Arc<Analyst>, settings: Settings, shutdown:
             // It looks into the queue itself once it listens, so nothing that came since the lease was asked for is missed.
             Ok(None) => wait(store.work_available(), &settings, &shutdown).await,
             Err(error) => {
-                tracing::error!(%error, "cannot lease a component");
+                if !error.is_outage() {
+                    tracing::error!(%error, "cannot lease a component");
+                }
                 wait(std::future::pending(), &settings, &shutdown).await;
             }
         }

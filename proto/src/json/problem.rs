@@ -7,7 +7,8 @@ use utoipa::ToSchema;
 /// An `application/problem+json` body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Problem {
-    /// The kind of problem, a URI reference: `about:blank` says no more than the HTTP status.
+    /// The kind of problem, a URI reference: `about:blank` says no more than the HTTP status. When nothing can be
+    /// stored: `/problems/storage-full`, `/problems/read-only`, `/problems/locked` or `/problems/io-error`.
     #[serde(rename = "type")]
     pub kind: String,
     /// The kind in words.

@@ -71,7 +71,7 @@ pub async fn healthz() -> Json<Health> {
     Json(Health { status: "ok" })
 }
 
-/// Whether uploads can be taken: the database answers and a model is active.
+/// Whether uploads can be taken: the database answers, what is sent can be stored, and a model is active.
 #[utoipa::path(
     get, path = "/readyz", tag = "probes", operation_id = "readyz",
     responses(
@@ -83,14 +83,19 @@ pub async fn readyz(Extract(probed): Extract<Probed>) -> Result<Json<Health>, Re
     match timeout(READY_WITHIN, has_active_bundle(&probed.store)).await {
         Ok(Ok(true)) => Ok(Json(Health { status: "ok" })),
         Ok(Ok(false)) => Err(Refusal::Unavailable("no model bundle is active".to_owned())),
-        Ok(Err(error)) => {
-            tracing::warn!(%error, "not ready");
-            Err(Refusal::Unavailable("the database does not answer".to_owned()))
-        }
+        Ok(Err(error)) => Err(not_ready(error)),
         Err(_) => {
             let within_s = READY_WITHIN.as_secs();
             Err(Refusal::Unavailable(format!("the database does not answer within {within_s} s")))
         }
+    }
+}
+
+fn not_ready(error: StoreError) -> Refusal {
+    match Refusal::from(error) {
+        // Whatever it is, nobody should be sent here.
+        Refusal::Internal => Refusal::Unavailable("the database does not answer as it should".to_owned()),
+        refusal => refusal,
     }
 }
 

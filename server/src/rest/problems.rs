@@ -162,7 +162,7 @@ fn meaning(status: StatusCode) -> &'static str {
         StatusCode::PAYLOAD_TOO_LARGE => "The body is too large",
         StatusCode::UNSUPPORTED_MEDIA_TYPE => "The body is of a type that is not read here",
         StatusCode::UNPROCESSABLE_ENTITY => "Well-formed, but not acceptable: see the errors",
-        StatusCode::SERVICE_UNAVAILABLE => "Not now: see Retry-After",
+        StatusCode::SERVICE_UNAVAILABLE => "Not now: see Retry-After, and the type",
         _ => "A fault of the server",
     }
 }

@@ -19,7 +19,7 @@ impl Engine {
                 Ok(Some(Duration::ZERO)) => return,
                 Ok(due) => due.map_or(jitter(POLL), |due| due.min(jitter(POLL))),
                 Err(error) => {
-                    tracing::warn!(%error, "looking into the queue failed");
+                    tracing::debug!(%error, "looking into the queue failed");
                     jitter(POLL)
                 }
             };

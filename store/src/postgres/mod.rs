@@ -27,7 +27,7 @@ use domain::{OperatorId, Timestamp};
 use sqlx::{PgPool, Transaction};
 use tokio::{sync::Notify, task::AbortHandle};
 
-use crate::{Clock, StoreError};
+use crate::{Clock, StoreError, outages::Outages};
 use lanes::Lanes;
 use sql::Write;
 use writer::Writer;
@@ -101,6 +101,11 @@ impl Engine {
         }
         let micros = sqlx::query_scalar(concat!("select ", now!())).fetch_one(&self.pool).await?;
         Ok(Timestamp::from_micros(micros))
+    }
+
+    /// What keeps this process from storing anything.
+    fn outages(&self) -> &Outages {
+        &self.writer.outages
     }
 
     /// Writes an upload, or refuses it when too many wait.

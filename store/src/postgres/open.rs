@@ -9,7 +9,7 @@ use sqlx::{
 use tokio::sync::Notify;
 
 use super::{Engine, lanes::Lanes, partitions, writer::Writer};
-use crate::{Options, StoreError, schema::SCHEMA};
+use crate::{Options, StoreError, outages::Outages, schema::SCHEMA};
 
 /// How long a caller waits for a connection before it is told to come back.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -18,7 +18,7 @@ const OLDEST_SERVER: i64 = 15;
 /// Settings of every connection. A process that stops in the middle of a transaction must not hold its
 /// locks for ever.
 const SETTINGS: [(&str, &str); 3] =
-    [("lock_timeout", "10s"), ("idle_in_transaction_session_timeout", "10s"), ("search_path", "public")];
+    [("lock_timeout", "5s"), ("idle_in_transaction_session_timeout", "10s"), ("search_path", "public")];
 
 impl Engine {
     pub(crate) async fn open(url: &str, options: Options) -> Result<Self, StoreError> {
@@ -40,7 +40,8 @@ impl Engine {
         let (main, uploading) = (pool(options.read_connections + options.write_connections), options.write_connections);
         check(&mut *main.acquire().await?).await?;
         let committed = Arc::<Notify>::default();
-        let writer = |pool| Writer { pool, clock: options.clock.clone() };
+        let outages = Arc::<Outages>::default();
+        let writer = |pool| Writer { pool, clock: options.clock.clone(), outages: outages.clone() };
         Ok(Self {
             writer: writer(main.clone()),
             uploads: Lanes::new(writer(pool(uploading)), options.queue_capacity, committed.clone()),
@@ -63,6 +64,7 @@ impl Engine {
         if self.uploads.is_closed() {
             return Err(StoreError::Closed);
         }
+        self.can_store().await?;
         sqlx::query("select version from schema_info").fetch_one(&self.pool).await?;
         Ok(())
     }

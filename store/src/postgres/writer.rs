@@ -9,18 +9,19 @@
 
 use std::{
     hash::{BuildHasher, RandomState},
+    sync::Arc,
     time::{Duration, Instant},
 };
 
 use domain::{OperatorId, Timestamp, metric};
-use sqlx::PgPool;
+use sqlx::{Connection as _, PgPool};
 use tokio::time::sleep;
 
 use super::{
     Connection,
     sql::{Job, Reach, enrol_operator},
 };
-use crate::{Clock, StoreError};
+use crate::{Clock, StoreError, outages::Outages};
 
 /// How long a transaction is tried again.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -38,6 +39,8 @@ pub(super) fn jitter((from, to): (Duration, Duration)) -> Duration {
 pub(super) struct Writer {
     pub(super) pool: PgPool,
     pub(super) clock: Option<Clock>,
+    /// Shared by all that write to the database.
+    pub(super) outages: Arc<Outages>,
 }
 
 /// Why a transaction was not committed, or is not known to be.
@@ -66,17 +69,26 @@ impl Writer {
         let mut batches = vec![batch];
         while let Some(mut batch) = batches.pop() {
             match self.persist(&mut batch).await {
-                Ok(()) => batch.into_iter().for_each(|job| job.answer(Ok(()))),
-                Err(error) if batch.len() > 1 && !matches!(error, StoreError::Unavailable(_) | StoreError::Closed) => {
+                Err(error) if batch.len() > 1 && !error.is_outage() && !matches!(error, StoreError::Closed) => {
                     metrics::counter!(metric::COMMITS_HALVED.name).increment(1);
                     tracing::warn!(writes = batch.len(), %error, "a transaction failed; retrying it in halves");
                     let second = batch.split_off(batch.len() / 2);
                     batches.extend([second, batch]);
                 }
-                Err(error) => {
-                    metrics::counter!(metric::COMMIT_FAILURES.name).increment(1);
-                    batch.into_iter().for_each(|job| job.answer(Err(error.clone())));
+                committed => {
+                    self.note(&committed, batch.len());
+                    batch.into_iter().for_each(|job| job.answer(committed.clone()));
                 }
+            }
+        }
+    }
+
+    fn note(&self, committed: &Result<(), StoreError>, writes: usize) {
+        match committed {
+            Ok(()) => self.outages.succeeded(),
+            Err(error) => {
+                metrics::counter!(metric::COMMIT_FAILURES.name).increment(1);
+                self.outages.failed(error, writes);
             }
         }
     }
@@ -87,7 +99,7 @@ impl Writer {
         loop {
             match self.commit(batch).await {
                 Err(Failure { error, again: true }) if begun.elapsed() < PATIENCE => {
-                    tracing::warn!(writes = batch.len(), %error, "a transaction was interrupted; trying it again");
+                    tracing::debug!(writes = batch.len(), %error, "a transaction was interrupted; trying it again");
                     sleep(jitter(PAUSE)).await;
                 }
                 committed => return committed.map_err(|failure| failure.error),
@@ -97,17 +109,35 @@ impl Writer {
 
     async fn commit(&self, batch: &mut [Box<dyn Job>]) -> Result<(), Failure> {
         let begun = Instant::now();
-        let mut transaction = self.pool.begin().await?;
-        let Opening { now, id } = self.open(&mut transaction, batch[0].reach()).await?;
-        for job in batch.iter_mut() {
-            job.apply(&mut transaction, now).await?;
+        let mut connection = self.pool.acquire().await?;
+        let transacted = self.transact(&mut connection, batch).await;
+        if let Err(StoreError::ReadOnly) = transacted {
+            // Another may lead to the server that has become the primary.
+            connection.close_on_drop();
         }
-        if let Err(error) = transaction.commit().await {
-            self.learn_outcome(id, error.into()).await?;
+        // Before the outcome is asked for: all could be waiting for connections that all hold.
+        drop(connection);
+        if let Some((id, error)) = transacted? {
+            self.learn_outcome(id, error).await?;
         }
         metrics::histogram!(metric::COMMIT_SECONDS.name).record(begun.elapsed());
         metrics::histogram!(metric::COMMIT_WRITES.name).record(batch.len() as f64);
         Ok(())
+    }
+
+    /// Nothing of an error's transaction is in the database. When the commit itself met one, that is returned with the name
+    /// of the transaction: it may have been committed all the same.
+    async fn transact(
+        &self,
+        connection: &mut Connection,
+        batch: &mut [Box<dyn Job>],
+    ) -> Result<Option<(Option<String>, StoreError)>, StoreError> {
+        let mut transaction = connection.begin().await?;
+        let Opening { now, id } = self.open(&mut transaction, batch[0].reach()).await?;
+        for job in batch.iter_mut() {
+            job.apply(&mut transaction, now).await?;
+        }
+        Ok(transaction.commit().await.err().map(|error| (id, error.into())))
     }
 
     /// Lets a transaction reach what it is to write, alone.

@@ -30,6 +30,7 @@ mod observed;
 mod operators;
 mod overhauls;
 mod priors;
+mod probe;
 mod prognoses;
 mod queue;
 mod rebuild;

@@ -16,7 +16,7 @@ impl Engine {
             tokio::pin!(committed);
             committed.as_mut().enable();
             let due = self.next_due().await.unwrap_or_else(|error| {
-                tracing::warn!(%error, "looking into the queue failed");
+                tracing::debug!(%error, "looking into the queue failed");
                 None
             });
             let sleep = match due {

@@ -13,7 +13,7 @@ mod writer;
 use domain::{OperatorId, Timestamp};
 use sqlx::{SqlitePool, Transaction};
 
-use crate::{Clock, StoreError};
+use crate::{Clock, StoreError, outages::Outages};
 use sql::Write;
 use writer::Writer;
 
@@ -57,6 +57,11 @@ impl Engine {
     /// The time of the queue.
     async fn now(&self) -> Result<Timestamp, StoreError> {
         Ok(self.clock.now())
+    }
+
+    /// What keeps it from storing anything.
+    fn outages(&self) -> &Outages {
+        self.writer.outages()
     }
 
     /// Writes an upload, or refuses it when too many wait.

@@ -8,6 +8,7 @@ use std::{
     time::Duration,
 };
 
+use futures_util::future::OptionFuture;
 use sqlx::{
     Connection, SqliteConnection, SqlitePool,
     migrate::Migrator,
@@ -34,8 +35,7 @@ impl Engine {
         if has_content(&path)? {
             probe(&path).await?;
         }
-        let mut connection = SqliteConnection::connect_with(&writing(&path)).await?;
-        check_durability(&mut connection).await?;
+        let mut connection = Place { options: writing(&path) }.connect().await?;
         migrate(&mut connection).await?;
         seal(&mut connection, &path).await?;
         // One process owns the file, so whoever held a lease is gone.
@@ -44,7 +44,9 @@ impl Engine {
             .await?;
         let readers = readers(&path, options.read_connections).await?;
         let clock = options.clock.unwrap_or_else(Clock::system);
-        let writer = Writer::start(Owned { connection, lock: Some(lock) }, options.queue_capacity, clock.clone());
+        let place = Place { options: writing(&path).create_if_missing(false) };
+        let owned = Owned { connection: Some(connection), place, lock: Some(lock) };
+        let writer = Writer::start(owned, options.queue_capacity, clock.clone());
         Ok(Self { readers, writer, clock })
     }
 
@@ -57,9 +59,9 @@ impl Engine {
         let (path, clock) = (path_of(url)?, Clock::system());
         let readers = current(&path, 1).await?;
         let patient = writing(&path).create_if_missing(false).optimize_on_close(false, None).busy_timeout(PATIENCE);
-        let mut connection = SqliteConnection::connect_with(&patient).await?;
-        check_durability(&mut connection).await?;
-        let writer = Writer::start(Owned { connection, lock: None }, 1, clock.clone());
+        let place = Place { options: patient };
+        let owned = Owned { connection: Some(place.connect().await?), place, lock: None };
+        let writer = Writer::start(owned, 1, clock.clone());
         Ok(Self { readers, writer, clock })
     }
 
@@ -67,8 +69,8 @@ impl Engine {
         let owned = self.writer.stop().await;
         self.readers.close().await;
         // The last connection to close moves the write-ahead log into the database.
-        if let Some(Owned { connection, lock }) = owned {
-            if let Err(error) = connection.close().await {
+        if let Some(Owned { connection, lock, .. }) = owned {
+            if let Some(Err(error)) = OptionFuture::from(connection.map(|connection| connection.close())).await {
                 tracing::warn!(%error, "closing the database failed; what was acknowledged is in its log");
             }
             drop(lock);
@@ -79,8 +81,23 @@ impl Engine {
         if self.writer.is_closed() {
             return Err(self.writer.refusal());
         }
+        self.can_store().await?;
         sqlx::query("select version from schema_info").fetch_one(&self.readers).await?;
         Ok(())
+    }
+}
+
+/// Where a writer writes, and how.
+pub(super) struct Place {
+    options: SqliteConnectOptions,
+}
+
+impl Place {
+    /// A connection whose commits outlast a power loss.
+    pub(super) async fn connect(&self) -> Result<SqliteConnection, StoreError> {
+        let mut connection = SqliteConnection::connect_with(&self.options).await?;
+        check_durability(&mut connection).await?;
+        Ok(connection)
     }
 }
 
@@ -224,5 +241,35 @@ async fn seal(connection: &mut SqliteConnection, path: &Path) -> Result<(), Stor
 
 async fn readers(path: &Path, connections: u32) -> Result<SqlitePool, StoreError> {
     let options = SqliteConnectOptions::new().filename(path).read_only(true);
-    Ok(SqlitePoolOptions::new().max_connections(connections).connect_with(options).await?)
+    let pool = SqlitePoolOptions::new().max_connections(connections).before_acquire(|connection, _| {
+        // After a failure to read, SQLite has ended the transaction by itself, and the driver's next would be a savepoint
+        // that shows the past for ever.
+        Box::pin(async { Ok(!connection.is_in_transaction()) })
+    });
+    Ok(pool.connect_with(options).await?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_reader_whose_transaction_the_database_ended_does_not_show_the_past() {
+        let folder = tempfile::tempdir().unwrap();
+        let url = format!("sqlite:{}", folder.path().join("fleet.sqlite").display());
+        let engine = Engine::open(&url, Options { read_connections: 1, ..Options::default() }).await.unwrap();
+        let version = async || -> i64 {
+            let mut reading = engine.read_all().await.unwrap();
+            sqlx::query_scalar("select version from schema_info").fetch_one(&mut *reading).await.unwrap()
+        };
+        let mut reading = engine.read_all().await.unwrap();
+        // As a failing device does.
+        sqlx::query("rollback").execute(&mut *reading).await.unwrap();
+        drop(reading);
+        assert_eq!(version().await, SCHEMA);
+        let path = path_of(&url).unwrap();
+        let mut beside = SqliteConnection::connect_with(&writing(&path)).await.unwrap();
+        sqlx::query("update schema_info set version = 99").execute(&mut beside).await.unwrap();
+        assert_eq!(version().await, 99);
+    }
 }

@@ -5,6 +5,10 @@
 //! transaction. When a transaction fails it is retried in halves, until only what is itself at
 //! fault fails. Callers are answered after the commit, never before.
 //!
+//! After a full disk, a failing device or another's lock, SQLite has rolled back by itself, and what the connection
+//! believes of its transaction is no longer so. Such a connection is dropped, and the next transaction opens one. All that waits is
+//! answered with the failure, and for a moment nothing is tried, so that nobody waits for a disk that is full.
+//!
 //! Metrics: `commit_seconds` and `commit_writes` of each transaction, `commits_halved_total`,
 //! `commit_failures_total`, and `upload_queue_waiting`, the uploads that a full transaction left waiting.
 
@@ -14,15 +18,18 @@ use std::{
     time::Instant,
 };
 
-use domain::metric;
-use sqlx::{Connection, SqliteConnection};
+use domain::{Timestamp, metric};
+use sqlx::{Connection, Sqlite, SqliteConnection, Transaction};
 use tokio::{
     sync::{Notify, mpsc, oneshot},
     task::JoinHandle,
 };
 
-use super::sql::{Job, Write, waiting};
-use crate::{Clock, StoreError};
+use super::{
+    open::Place,
+    sql::{Job, Write, waiting},
+};
+use crate::{Clock, StoreError, outages::Outages};
 
 /// Most uploads in one transaction.
 const UPLOADS_PER_COMMIT: usize = 512;
@@ -34,6 +41,7 @@ pub(super) struct Writer {
     uploads: mpsc::Sender<Box<dyn Job>>,
     results: mpsc::Sender<Box<dyn Job>>,
     committed: Arc<Notify>,
+    outages: Arc<Outages>,
     task: Mutex<Option<Running>>,
     /// What a write is answered when nothing is written any longer.
     refusal: StoreError,
@@ -47,7 +55,10 @@ struct Running {
 
 /// What the writer owns: the connection first, so that the file is closed before it is unlocked.
 pub(super) struct Owned {
-    pub(super) connection: SqliteConnection,
+    /// `None` after a failure, until it is tried again.
+    pub(super) connection: Option<SqliteConnection>,
+    /// Where another connection is opened.
+    pub(super) place: Place,
     /// `None` beside an owner.
     pub(super) lock: Option<File>,
 }
@@ -58,24 +69,27 @@ impl Writer {
         let (uploads, upload_jobs) = mpsc::channel(upload_capacity);
         let (results, result_jobs) = mpsc::channel(RESULTS_PER_COMMIT);
         let (stop, stopping) = oneshot::channel();
-        let committed = Arc::new(Notify::new());
+        let (committed, outages) = (Arc::new(Notify::new()), Arc::<Outages>::default());
         let task = Task {
             owned,
             clock,
             uploads: upload_jobs,
             results: result_jobs,
             committed: committed.clone(),
+            outages: outages.clone(),
             stopping,
             stopped: false,
         };
         let running = Running { stop, task: tokio::spawn(task.run()) };
-        Self { uploads, results, committed, task: Mutex::new(Some(running)), refusal: StoreError::Closed }
+        let (task, refusal) = (Mutex::new(Some(running)), StoreError::Closed);
+        Self { uploads, results, committed, outages, task, refusal }
     }
 
     /// The writer of a file that is only read: it refuses every write.
     pub(super) fn none() -> Self {
         let ((uploads, _), (results, _)) = (mpsc::channel(1), mpsc::channel(1));
-        Self { uploads, results, committed: Arc::default(), task: Mutex::new(None), refusal: StoreError::ReadOnly }
+        let (committed, outages) = (Arc::default(), Arc::default());
+        Self { uploads, results, committed, outages, task: Mutex::new(None), refusal: StoreError::ReadOnly }
     }
 
     /// Queues an upload, or refuses it when too many wait.
@@ -98,6 +112,11 @@ impl Writer {
     /// Told of every commit.
     pub(super) fn committed(&self) -> &Notify {
         &self.committed
+    }
+
+    /// What keeps it from storing anything.
+    pub(super) fn outages(&self) -> &Outages {
+        &self.outages
     }
 
     pub(super) fn is_closed(&self) -> bool {
@@ -125,6 +144,7 @@ struct Task {
     uploads: mpsc::Receiver<Box<dyn Job>>,
     results: mpsc::Receiver<Box<dyn Job>>,
     committed: Arc<Notify>,
+    outages: Arc<Outages>,
     stopping: oneshot::Receiver<()>,
     stopped: bool,
 }
@@ -164,44 +184,80 @@ impl Task {
     async fn write(&mut self, batch: Vec<Box<dyn Job>>) {
         let mut batches = vec![batch];
         while let Some(mut batch) = batches.pop() {
+            if let Some(error) = self.outages.pausing(batch.len()) {
+                answer(batch, &Err(error));
+                continue;
+            }
             match self.commit(&mut batch).await {
-                Ok(()) => batch.into_iter().for_each(|job| job.answer(Ok(()))),
-                Err(error) if batch.len() > 1 && !concerns_all(&error) => {
+                Err(error) if batch.len() > 1 && !error.is_outage() => {
                     metrics::counter!(metric::COMMITS_HALVED.name).increment(1);
                     tracing::warn!(writes = batch.len(), %error, "a transaction failed; retrying it in halves");
                     let second = batch.split_off(batch.len() / 2);
                     batches.extend([second, batch]);
                 }
-                Err(error) => {
-                    metrics::counter!(metric::COMMIT_FAILURES.name).increment(1);
-                    batch.into_iter().for_each(|job| job.answer(Err(error.clone())));
+                committed => {
+                    self.note(&committed, batch.len());
+                    answer(batch, &committed);
                 }
             }
         }
     }
 
+    fn note(&self, committed: &Result<(), StoreError>, writes: usize) {
+        match committed {
+            Ok(()) => self.outages.succeeded(),
+            Err(error) => {
+                metrics::counter!(metric::COMMIT_FAILURES.name).increment(1);
+                self.outages.failed(error, writes);
+            }
+        }
+    }
+
+    /// Commits a batch on the connection, or on a new one where the last one is not fit for use any longer.
     async fn commit(&mut self, batch: &mut [Box<dyn Job>]) -> Result<(), StoreError> {
         let (now, begun) = (self.clock.now(), Instant::now());
-        let mut transaction = self.owned.connection.begin_with("begin immediate").await?;
-        for job in batch.iter_mut() {
-            job.apply(&mut transaction, now).await?;
-        }
-        transaction.commit().await?;
+        let mut connection = match self.owned.connection.take() {
+            Some(connection) => connection,
+            None => self.owned.place.connect().await?,
+        };
+        let outcome = transact(&mut connection, batch, now).await?;
+        self.owned.connection = Some(connection);
+        outcome?;
         metrics::histogram!(metric::COMMIT_SECONDS.name).record(begun.elapsed());
         metrics::histogram!(metric::COMMIT_WRITES.name).record(batch.len() as f64);
         Ok(())
     }
 }
 
-/// Whether an error is not that of one write: another process that holds the database for too long, a
-/// read-only or full disk, a failing device, a file that is gone.
-fn concerns_all(error: &StoreError) -> bool {
-    const BUSY: i64 = 5;
-    const READONLY: i64 = 8;
-    const IOERR: i64 = 10;
-    const FULL: i64 = 13;
-    const CANTOPEN: i64 = 14;
-    let StoreError::Database(error) = error else { return false };
-    let code = error.as_database_error().and_then(|error| error.code()?.parse::<i64>().ok());
-    code.is_some_and(|code| [BUSY, READONLY, IOERR, FULL, CANTOPEN].contains(&(code & 0xff)))
+fn answer(batch: Vec<Box<dyn Job>>, committed: &Result<(), StoreError>) {
+    batch.into_iter().for_each(|job| job.answer(committed.clone()));
+}
+
+/// Writes a batch in a transaction. An error inside is that of a write, and the transaction was rolled back; after one
+/// outside nobody knows what the connection holds, and it must not be used again.
+async fn transact(
+    connection: &mut SqliteConnection,
+    batch: &mut [Box<dyn Job>],
+    now: Timestamp,
+) -> Result<Result<(), StoreError>, StoreError> {
+    let mut transaction = connection.begin_with("begin immediate").await?;
+    match apply(&mut transaction, batch, now).await {
+        Ok(()) => Ok(Ok(transaction.commit().await?)),
+        Err(error) if error.is_outage() => Err(error),
+        Err(error) => match transaction.rollback().await {
+            Ok(()) => Ok(Err(error)),
+            Err(_) => Err(error),
+        },
+    }
+}
+
+async fn apply(
+    transaction: &mut Transaction<'_, Sqlite>,
+    batch: &mut [Box<dyn Job>],
+    now: Timestamp,
+) -> Result<(), StoreError> {
+    for job in batch {
+        job.apply(transaction, now).await?;
+    }
+    Ok(())
 }

@@ -1,0 +1,49 @@
+//! Outages as callers are told of them.
+
+use store::StoreError;
+
+/// Why nothing can be stored now; whoever runs the service has to see to it, whoever sends has to come back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outage {
+    /// A full disk, or an exhausted quota.
+    StorageFull,
+    /// A standby, or a file that must not be written.
+    ReadOnly,
+    /// Another process holds the database.
+    Locked,
+    /// A failing disk.
+    IoError,
+}
+
+impl Outage {
+    /// The kind of problem: a relative URI that never changes.
+    pub const fn kind(self) -> &'static str {
+        match self {
+            Self::StorageFull => "/problems/storage-full",
+            Self::ReadOnly => "/problems/read-only",
+            Self::Locked => "/problems/locked",
+            Self::IoError => "/problems/io-error",
+        }
+    }
+
+    /// What callers are told.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::StorageFull => "there is no room left to store anything",
+            Self::ReadOnly => "the database takes no writes, it is read-only",
+            Self::Locked => "someone else has held the database for too long",
+            Self::IoError => "the storage of the database fails",
+        }
+    }
+
+    /// The outage that an error of the store is, if it is one.
+    pub fn of(error: &StoreError) -> Option<Self> {
+        match error {
+            StoreError::StorageFull(_) => Some(Self::StorageFull),
+            StoreError::ReadOnly => Some(Self::ReadOnly),
+            StoreError::Busy(_) => Some(Self::Locked),
+            StoreError::StorageFails(_) => Some(Self::IoError),
+            _ => None,
+        }
+    }
+}
