@@ -89,9 +89,14 @@ impl Database {
     }
 
     /// Where it is, if it is an SQLite file.
-    pub fn sqlite_file(&self) -> Option<PathBuf> {
-        let path = self.database_url.strip_prefix("sqlite:")?;
-        Some(path.strip_prefix("//").unwrap_or(path).into())
+    pub fn sqlite_file(&self) -> Result<Option<PathBuf>, Failure> {
+        let url = self.url()?;
+        let Some(path) = url.strip_prefix("sqlite:") else { return Ok(None) };
+        let path = path.strip_prefix("//").unwrap_or(path);
+        if path.contains('?') || path.starts_with("file:") {
+            return Err(self.refuse(StoreError::UnsupportedUrl { url: self.to_string() }));
+        }
+        Ok(Some(path.into()))
     }
 
     /// How a program of Postgres logs in: a URL without the password, and the password.
@@ -105,11 +110,15 @@ impl Database {
     /// The URL, with the password of the file.
     fn url(&self) -> Result<String, Failure> {
         let Some(file) = &self.database_password_file else { return Ok(self.database_url.clone()) };
+        if !self.is_postgres() {
+            return Err(Failure::BadInput(format!(
+                "{self}: only a Postgres takes a password, from --database-password-file"
+            )));
+        }
         let unreadable = |error| Failure::BadInput(format!("{}: {error}", file.display()));
         let password = fs::read_to_string(file).map_err(unreadable)?;
-        let mut url: Url = self.database_url.parse().map_err(|error| {
-            Failure::BadInput(format!("--database-url: {error}; only that of a Postgres takes a password"))
-        })?;
+        let mut url: Url =
+            self.database_url.parse().map_err(|error| Failure::BadInput(format!("--database-url: {error}")))?;
         url.query_pairs_mut().append_pair("password", password.trim_end_matches(['\n', '\r']));
         Ok(url.into())
     }
@@ -118,7 +127,7 @@ impl Database {
         let text = match error {
             // It would repeat the URL as it was given.
             StoreError::UnsupportedUrl { .. } => {
-                "is not supported: use sqlite:FILE or postgres://USER@HOST/NAME".to_owned()
+                "is not supported: use sqlite:FILE, without parameters, or postgres://USER@HOST/NAME".to_owned()
             }
             StoreError::Unavailable(_) => return Failure::NotReachable(format!("{self}: {error}")),
             error => error.to_string(),
@@ -132,7 +141,11 @@ impl fmt::Display for Database {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Ok(mut url) = self.database_url.parse::<Url>() else { return f.write_str("the database URL") };
         if url.scheme() == "sqlite" {
-            return f.write_str(&self.database_url);
+            // It takes no parameters, and who gives some takes it for a Postgres.
+            return match self.database_url.split_once('?') {
+                Some((file, _)) => write!(f, "{file}?..."),
+                None => f.write_str(&self.database_url),
+            };
         }
         // A URL that takes no password has none.
         let _ = url.set_password(None);
@@ -168,6 +181,7 @@ mod tests {
             "postgres:///fleet?host=/run/postgres&password=sesame&user=actuary",
             "postgress://actuary:sesame@db/fleet",
             "postgres://actuary:sesame@db:port/fleet",
+            "sqlite:fleet.sqlite?password=sesame",
         ] {
             let database = at(url);
             let refused = database.refuse(StoreError::UnsupportedUrl { url: url.to_owned() }).to_string();
@@ -202,6 +216,9 @@ mod tests {
             let password = with.query_pairs().find(|(key, _)| key == "password").unwrap().1.into_owned();
             assert_eq!(password, "se&s/a me?#");
         }
-        assert!(of_file("nonsense").url().is_err());
+        for url in ["nonsense", "sqlite:fleet.sqlite", "sqlite://fleet.sqlite"] {
+            let refused = of_file(url).url().unwrap_err().to_string();
+            assert!(refused.contains("only a Postgres takes a password") && !refused.contains("se&s"), "{refused}");
+        }
     }
 }

@@ -13,6 +13,8 @@ pub enum Outage {
     Locked,
     /// A failing disk.
     IoError,
+    /// A file that was moved, deleted or replaced while it was open.
+    Displaced,
 }
 
 impl Outage {
@@ -23,6 +25,7 @@ impl Outage {
             Self::ReadOnly => "/problems/read-only",
             Self::Locked => "/problems/locked",
             Self::IoError => "/problems/io-error",
+            Self::Displaced => "/problems/database-displaced",
         }
     }
 
@@ -33,6 +36,7 @@ impl Outage {
             Self::ReadOnly => "the database takes no writes, it is read-only",
             Self::Locked => "someone else has held the database for too long",
             Self::IoError => "the storage of the database fails",
+            Self::Displaced => "the file of the database was moved, deleted or replaced",
         }
     }
 
@@ -43,6 +47,7 @@ impl Outage {
             StoreError::ReadOnly => Some(Self::ReadOnly),
             StoreError::Busy(_) => Some(Self::Locked),
             StoreError::StorageFails(_) => Some(Self::IoError),
+            StoreError::Displaced { .. } => Some(Self::Displaced),
             _ => None,
         }
     }

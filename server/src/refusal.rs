@@ -319,6 +319,7 @@ mod tests {
             (Outage::ReadOnly, "/problems/read-only"),
             (Outage::Locked, "/problems/locked"),
             (Outage::IoError, "/problems/io-error"),
+            (Outage::Displaced, "/problems/database-displaced"),
         ] {
             let refusal = Refusal::Outage(outage);
             assert_eq!((refusal.problem().kind.as_str(), refusal.ingested()), (kind, Ingested::Unavailable));

@@ -21,6 +21,37 @@ pub enum StoreError {
         /// Process id of the owner, as far as it is known.
         owner: String,
     },
+    /// The file has several names, and another service might open it by another one.
+    #[error("database {} has {names} names (hard links): one process owns an SQLite file, by its only name", path.display())]
+    ManyNames {
+        /// The database file.
+        path: PathBuf,
+        /// How many.
+        names: u64,
+    },
+    /// The file was left open, and what was written last is in a log that is not there.
+    #[error(
+        "database {} was not closed, and its log {} is not beside it: what was acknowledged last may be in that log. Put \
+        the log there; a whole copy that another program made becomes a database by actuary restore",
+        path.display(),
+        log.display()
+    )]
+    WithoutLog {
+        /// The database file.
+        path: PathBuf,
+        /// The log.
+        log: PathBuf,
+    },
+    /// The file that is open has not the name any longer by which it was opened.
+    #[error(
+        "database {} was moved, deleted or replaced while it was open, or its log was: nothing is stored any longer. Put \
+        both back as they were, or stop the service",
+        path.display()
+    )]
+    Displaced {
+        /// The database file.
+        path: PathBuf,
+    },
     /// The file is not an SQLite database.
     #[error("file {} is not an SQLite database", path.display())]
     NotADatabase {
@@ -175,7 +206,12 @@ impl StoreError {
     pub fn is_outage(&self) -> bool {
         matches!(
             self,
-            Self::StorageFull(_) | Self::StorageFails(_) | Self::Busy(_) | Self::ReadOnly | Self::Unavailable(_)
+            Self::StorageFull(_)
+                | Self::StorageFails(_)
+                | Self::Busy(_)
+                | Self::ReadOnly
+                | Self::Displaced { .. }
+                | Self::Unavailable(_)
         )
     }
 
@@ -205,6 +241,10 @@ impl StoreError {
 
     /// The error for a URL, without what may be a secret in it.
     pub(crate) fn unsupported(url: &str) -> Self {
+        let url = match url.split_once('?') {
+            Some((before, _)) => &format!("{before}?..."),
+            None => url,
+        };
         let url = match (url.find("://"), url.rfind('@')) {
             (Some(scheme), Some(host)) if scheme < host => format!("{}://...{}", &url[..scheme], &url[host..]),
             _ => url.to_owned(),

@@ -434,6 +434,12 @@ impl Store {
         backend!(self, forget_derived(after, now))
     }
 
+    /// Takes an SQLite file, a copy, for all there is: also one that was not closed by whoever wrote it, which
+    /// [`Store::open`] refuses without its log. Whether it is such a one.
+    pub async fn adopt(url: &str) -> Result<bool, StoreError> {
+        sqlite::adopt(url).await
+    }
+
     /// Writes a copy of an SQLite database as of one moment to a new file; whoever writes to the database is
     /// not held up.
     pub async fn copy_to(&self, path: &Path) -> Result<(), StoreError> {

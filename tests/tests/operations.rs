@@ -355,3 +355,26 @@ async fn a_file_that_is_no_backup_restores_nothing() {
     assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(!database.exists());
 }
+
+#[tokio::test]
+async fn a_copy_without_its_log_is_told_from_a_backup() {
+    let folder = tempfile::tempdir().unwrap();
+    let [database, copy, restored] =
+        ["fleet.sqlite", "copy.sqlite", "restored.sqlite"].map(|name| folder.path().join(name));
+    let _service = Service::start(&database, 0);
+    fs::copy(&database, &copy).unwrap();
+    for command in [&["verify"][..], &["migrate"], &["serve", "--port", "0"]] {
+        let words = refused(&copy, command, 2);
+        assert!(words.contains("copy.sqlite-wal is not beside it") && !words.contains("actuary migrate"), "{words}");
+    }
+    let from = |file: &Path| ["restore".to_owned(), "--from".to_owned(), file.display().to_string()];
+    let arguments = from(&database);
+    let words = refused(&restored, &arguments.each_ref().map(String::as_str), 2);
+    assert!(words.contains("is no backup but a database"), "{words}");
+    assert!(!restored.exists());
+    let arguments = from(&copy);
+    let accepted = actuary(&restored, &arguments.each_ref().map(String::as_str));
+    let warned = String::from_utf8(accepted.stderr).unwrap();
+    assert!(accepted.status.success() && warned.contains("what was in its log is not in it"), "{warned}");
+    said(&restored, &["verify"]);
+}

@@ -10,7 +10,12 @@ use clap::Args;
 use store::{Options, Store, StoreError};
 
 use super::backup::{self, COPY};
-use crate::{database::Database, exit::Failure, say::say, service::on_runtime};
+use crate::{
+    database::Database,
+    exit::Failure,
+    say::{note, say},
+    service::on_runtime,
+};
 
 /// Make a database from a backup, where there is none; it is checked before it gets its name.
 #[derive(Debug, Args)]
@@ -34,14 +39,30 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if !fs::File::open(from).and_then(|file| file.metadata()).map_err(unreadable)?.is_file() {
         return Err(Failure::BadInput(format!("{}: is no file, so no backup", from.display())).into());
     }
-    let Some(file) = database.sqlite_file() else { return super::postgres::restore(database, from) };
+    let Some(file) = database.sqlite_file()? else { return super::postgres::restore(database, from) };
     must_be_free(&file)?;
+    must_be_whole(from)?;
     on_runtime(restore(from, &file))
+}
+
+/// Refuses a database that is in use for a backup: a part of it is in its log.
+fn must_be_whole(from: &Path) -> Result<(), Failure> {
+    let log = log_of(from);
+    if !log.exists() {
+        return Ok(());
+    }
+    let (from, log) = (from.display(), log.display());
+    let way = "open it by actuary serve where both are, or copy it by actuary backup";
+    Err(Failure::BadInput(format!("{from}: is no backup but a database whose newest part is in {log}: {way}")))
+}
+
+fn log_of(file: &Path) -> PathBuf {
+    PathBuf::from(format!("{}-wal", file.display()))
 }
 
 /// Refuses a place where a database is, or where one has left its log.
 fn must_be_free(file: &Path) -> Result<(), Failure> {
-    let log = PathBuf::from(format!("{}-wal", file.display()));
+    let log = log_of(file);
     match [file, &log].into_iter().find(|path| path.exists()) {
         Some(path) => Err(Failure::BadInput(format!("{}: exists; a restore overwrites nothing", path.display()))),
         None => Ok(()),
@@ -51,12 +72,20 @@ fn must_be_free(file: &Path) -> Result<(), Failure> {
 async fn restore(from: &Path, file: &Path) -> Result<()> {
     let refuse = |error: StoreError| match error {
         StoreError::NotADatabase { .. } => Failure::BadInput(format!("{}: is no backup", from.display())),
+        StoreError::WithoutLog { .. } => {
+            let text = "holds no tables: they are in a log, FILE-wal, that was not copied with it";
+            Failure::BadInput(format!("{}: {text}", from.display()))
+        }
         error => Failure::BadInput(format!("{}: {error}", from.display())),
     };
     let beside = backup::beside(file)?;
     let copy = beside.path().join(COPY);
     fs::copy(from, &copy)?;
-    let store = Store::open(&format!("sqlite:{}", copy.display()), Options::default()).await.map_err(refuse)?;
+    let url = format!("sqlite:{}", copy.display());
+    if Store::adopt(&url).await.map_err(refuse)? {
+        note!("actuary: {}: is a copy of a database that was in use; what was in its log is not in it", from.display());
+    }
+    let store = Store::open(&url, Options::default()).await.map_err(refuse)?;
     let checked = backup::check(&store).await;
     store.close().await;
     let words = checked.with_context(|| format!("{} is not restored", from.display()))?;

@@ -29,7 +29,7 @@ use tokio::{sync::Notify, task::AbortHandle};
 
 use crate::{Clock, StoreError, outages::Outages};
 use lanes::Lanes;
-use sql::Write;
+use sql::{Turns, Write};
 use writer::Writer;
 
 pub(crate) use migrate::migrate;
@@ -44,6 +44,7 @@ pub(crate) struct Engine {
     pool: PgPool,
     clock: Option<Clock>,
     writer: Writer,
+    turns: Turns,
     uploads: Arc<Lanes>,
     /// Told of every commit of this process.
     committed: Arc<Notify>,

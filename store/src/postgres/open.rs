@@ -8,7 +8,7 @@ use sqlx::{
 };
 use tokio::sync::Notify;
 
-use super::{Engine, lanes::Lanes, partitions, writer::Writer};
+use super::{Engine, lanes::Lanes, partitions, sql::Turns, writer::Writer};
 use crate::{Options, StoreError, outages::Outages, schema::SCHEMA};
 
 /// How long a caller waits for a connection before it is told to come back.
@@ -44,6 +44,7 @@ impl Engine {
         let writer = |pool| Writer { pool, clock: options.clock.clone(), outages: outages.clone() };
         Ok(Self {
             writer: writer(main.clone()),
+            turns: Turns::default(),
             uploads: Lanes::new(writer(pool(uploading)), options.queue_capacity, committed.clone()),
             pool: main,
             clock: options.clock.clone(),

@@ -54,6 +54,7 @@ use super::{Arguments, Connection, Database, Engine};
 pub(crate) use job::{Job, waiting};
 #[allow(unused_imports, reason = "SQLite has no walls")]
 pub(crate) use operators::{enrol as enrol_operator, names as operators};
+pub(crate) use queue::Turns;
 pub(crate) use sealing::{seal_models, seal_rows};
 #[allow(unused_imports, reason = "SQLite writes everything one after the other")]
 pub(crate) use write::Reach;

@@ -1,26 +1,30 @@
 //! Copies of a file that others may be writing to.
 
-use std::{
-    collections::BTreeSet,
-    fs::File,
-    io,
-    path::{Path, PathBuf},
-    sync::Arc,
+use std::{collections::BTreeSet, fs::File, io, path::Path};
+
+use sqlx::{Connection, SqliteConnection, sqlite::SqliteConnectOptions};
+
+use super::{
+    Engine,
+    file::{io_error, private},
+    open::migrate,
 };
-
-use sqlx::{Connection, SqliteConnection};
-
-use super::{Engine, open::migrate};
 use crate::{DamagedRow, StoreError, Verification, schema::SCHEMA};
 
 impl Engine {
     /// Writes a copy as of one moment; whoever writes to the database is not held up. The copy is on the
     /// disk when this returns.
     pub(crate) async fn copy_to(&self, path: &Path) -> Result<(), StoreError> {
-        let name = path.to_str().ok_or_else(|| failed(path, io::ErrorKind::InvalidFilename.into()))?;
+        let name = path.to_str().ok_or_else(|| io_error(path)(io::ErrorKind::InvalidFilename.into()))?;
+        // SQLite writes into an empty file, which others cannot read.
+        private().open(path).map_err(io_error(path))?;
         sqlx::query("vacuum into $1").bind(name).execute(&self.readers).await?;
+        // Nobody has it open, whoever has what it was copied from.
+        let mut copy = SqliteConnection::connect_with(&SqliteConnectOptions::new().filename(path)).await?;
+        sqlx::query("pragma user_version = 0").execute(&mut copy).await?;
+        copy.close().await?;
         // SQLite leaves that to whoever wants it.
-        File::open(path).and_then(|copy| copy.sync_all()).map_err(|error| failed(path, error))
+        File::open(path).and_then(|copy| copy.sync_all()).map_err(io_error(path))
     }
 
     /// What is wrong with the structure of the file, as SQLite tells it; nothing if it is sound.
@@ -63,8 +67,4 @@ async fn declared(connection: &mut SqliteConnection) -> Result<BTreeSet<(String,
     let sql = "select type, name, replace(coalesce(sql, ''), '\"', '') from sqlite_master
                where name not like 'sqlite_stat%'";
     Ok(sqlx::query_as(sql).fetch_all(connection).await?.into_iter().collect())
-}
-
-fn failed(path: &Path, error: io::Error) -> StoreError {
-    StoreError::Io { path: PathBuf::from(path), error: Arc::new(error) }
 }

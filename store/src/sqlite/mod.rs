@@ -4,6 +4,7 @@ mod available;
 mod backup;
 #[macro_use]
 mod dialect;
+mod file;
 mod open;
 #[allow(clippy::duplicate_mod, reason = "compiled once for each database, with its types")]
 #[path = "../sql/mod.rs"]
@@ -14,8 +15,11 @@ use domain::{OperatorId, Timestamp};
 use sqlx::{SqlitePool, Transaction};
 
 use crate::{Clock, StoreError, outages::Outages};
-use sql::Write;
+use file::Presence;
+use sql::{Turns, Write};
 use writer::Writer;
+
+pub(crate) use open::adopt;
 
 type Database = sqlx::Sqlite;
 type Connection = sqlx::SqliteConnection;
@@ -25,7 +29,9 @@ type Arguments = sqlx::sqlite::SqliteArguments;
 pub(crate) struct Engine {
     readers: SqlitePool,
     writer: Writer,
+    turns: Turns,
     clock: Clock,
+    presence: Presence,
 }
 
 impl Engine {

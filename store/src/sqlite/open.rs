@@ -1,14 +1,7 @@
 //! Opening a file: owned by one process, known to be ours, durable, migrated.
 
-use std::{
-    fs::{File, OpenOptions, TryLockError},
-    io::{self, Read, Write},
-    path::{Path, PathBuf},
-    sync::Arc,
-    time::Duration,
-};
+use std::{io, path::Path, sync::Arc, time::Duration};
 
-use futures_util::future::OptionFuture;
 use sqlx::{
     Connection, SqliteConnection, SqlitePool,
     migrate::Migrator,
@@ -17,7 +10,8 @@ use sqlx::{
 
 use super::{
     Engine,
-    sql::{seal_models, seal_rows},
+    file::{DatabaseFile, Header, Presence, io_error},
+    sql::{Turns, seal_models, seal_rows},
     writer::{Owned, Writer},
 };
 use crate::{Clock, Options, StoreError, schema::SCHEMA};
@@ -26,54 +20,54 @@ use crate::{Clock, Options, StoreError, schema::SCHEMA};
 const APPLICATION_ID: i64 = 0x4143_5455;
 /// How long an administrative act waits for the owner's transaction.
 const PATIENCE: Duration = Duration::from_secs(20);
-const MAGIC: &[u8] = b"SQLite format 3\0";
 
 impl Engine {
     pub(crate) async fn open(url: &str, options: Options) -> Result<Self, StoreError> {
-        let path = path_of(url)?;
-        let lock = lock(&path)?;
-        if has_content(&path)? {
-            probe(&path).await?;
+        let file = DatabaseFile::of(url)?;
+        let ownership = file.own()?;
+        if let Some(header) = file.header()? {
+            file.must_be_whole(header)?;
+            probe(&file, header).await?;
         }
-        let mut connection = Place { options: writing(&path) }.connect().await?;
+        let mut place = Place::new(&file, writing(file.path()))?;
+        let mut connection = place.connect().await?;
         migrate(&mut connection).await?;
-        seal(&mut connection, &path).await?;
+        seal(&mut connection, file.path()).await?;
         // One process owns the file, so whoever held a lease is gone.
         sqlx::query("update component_queue set lease_until = 0 where lease_until > 0")
             .execute(&mut connection)
             .await?;
-        let readers = readers(&path, options.read_connections).await?;
+        say_open(&mut connection, true).await?;
+        place.check_written()?;
+        let presence = Presence::of(&file)?;
+        let readers = readers(&presence, options.read_connections).await?;
         let clock = options.clock.unwrap_or_else(Clock::system);
-        let place = Place { options: writing(&path).create_if_missing(false) };
-        let owned = Owned { connection: Some(connection), place, lock: Some(lock) };
+        let owned = Owned { connection: Some(connection), place, ownership: Some(ownership) };
         let writer = Writer::start(owned, options.queue_capacity, clock.clone());
-        Ok(Self { readers, writer, clock })
+        Ok(Self { readers, writer, turns: Turns::default(), clock, presence })
     }
 
     pub(crate) async fn open_read_only(url: &str) -> Result<Self, StoreError> {
-        let readers = current(&path_of(url)?, Options::default().read_connections).await?;
-        Ok(Self { readers, writer: Writer::none(), clock: Clock::system() })
+        let (readers, presence) = current(&DatabaseFile::of(url)?, Options::default().read_connections).await?;
+        let (writer, turns, clock) = (Writer::none(), Turns::default(), Clock::system());
+        Ok(Self { readers, writer, turns, clock, presence })
     }
 
     pub(crate) async fn open_beside(url: &str) -> Result<Self, StoreError> {
-        let (path, clock) = (path_of(url)?, Clock::system());
-        let readers = current(&path, 1).await?;
-        let patient = writing(&path).create_if_missing(false).optimize_on_close(false, None).busy_timeout(PATIENCE);
-        let place = Place { options: patient };
-        let owned = Owned { connection: Some(place.connect().await?), place, lock: None };
+        let (file, clock) = (DatabaseFile::of(url)?, Clock::system());
+        let (readers, presence) = current(&file, 1).await?;
+        let patient = writing(file.path()).optimize_on_close(false, None).busy_timeout(PATIENCE);
+        let place = Place::new(&file, patient)?;
+        let owned = Owned { connection: Some(place.connect().await?), place, ownership: None };
         let writer = Writer::start(owned, 1, clock.clone());
-        Ok(Self { readers, writer, clock })
+        Ok(Self { readers, writer, turns: Turns::default(), clock, presence })
     }
 
     pub(crate) async fn close(&self) {
         let owned = self.writer.stop().await;
         self.readers.close().await;
-        // The last connection to close moves the write-ahead log into the database.
-        if let Some(Owned { connection, lock, .. }) = owned {
-            if let Some(Err(error)) = OptionFuture::from(connection.map(|connection| connection.close())).await {
-                tracing::warn!(%error, "closing the database failed; what was acknowledged is in its log");
-            }
-            drop(lock);
+        if let Some(owned) = owned {
+            owned.close().await;
         }
     }
 
@@ -81,6 +75,7 @@ impl Engine {
         if self.writer.is_closed() {
             return Err(self.writer.refusal());
         }
+        self.presence.check().inspect_err(|displaced| self.outages().failed(displaced, 0))?;
         self.can_store().await?;
         sqlx::query("select version from schema_info").fetch_one(&self.readers).await?;
         Ok(())
@@ -89,86 +84,130 @@ impl Engine {
 
 /// Where a writer writes, and how.
 pub(super) struct Place {
+    file: DatabaseFile,
     options: SqliteConnectOptions,
+    presence: Presence,
 }
 
 impl Place {
+    fn new(file: &DatabaseFile, options: SqliteConnectOptions) -> Result<Self, StoreError> {
+        Ok(Self { file: file.clone(), options, presence: Presence::of(file)? })
+    }
+
     /// A connection whose commits outlast a power loss.
     pub(super) async fn connect(&self) -> Result<SqliteConnection, StoreError> {
+        self.presence.check()?;
         let mut connection = SqliteConnection::connect_with(&self.options).await?;
         check_durability(&mut connection).await?;
         Ok(connection)
     }
+
+    /// Refuses to write to a file that nobody will find again.
+    pub(super) fn check(&self) -> Result<(), StoreError> {
+        self.presence.check()
+    }
+
+    /// Refuses to acknowledge what was written to such a file.
+    pub(super) fn check_written(&mut self) -> Result<(), StoreError> {
+        self.presence.check_written()
+    }
+}
+
+impl Owned {
+    /// Closes the connection that writes; the file says so where nobody owns it any longer. The last connection of all
+    /// moves the write-ahead log into the database.
+    pub(super) async fn close(mut self) {
+        if let Err(error) = self.leave().await {
+            tracing::warn!(%error, "closing the database failed; what was acknowledged is in its log");
+        }
+    }
+
+    async fn leave(&mut self) -> Result<(), StoreError> {
+        self.place.check()?;
+        let connection = match &mut self.connection {
+            Some(connection) => connection,
+            None => self.connection.insert(self.place.connect().await?),
+        };
+        if self.ownership.is_none() {
+            // Beside an owner that is alive this fails, and the file is not closed yet.
+            self.ownership = self.place.file.own().ok();
+        }
+        if self.ownership.is_some() {
+            say_open(connection, false).await?;
+        }
+        match self.connection.take() {
+            Some(connection) => Ok(connection.close().await?),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Drop for Owned {
+    /// Leaves a connection that could not be closed in order: the log stays where it is, as the file says.
+    fn drop(&mut self) {
+        self.connection.take().into_iter().for_each(abandon);
+    }
+}
+
+/// Leaves a connection as a killed process does. Closed, it might remove the log, which the file needs that was not closed in
+/// order; and to a file that has lost its name, the log that has the name now may be another's.
+pub(super) fn abandon(connection: SqliteConnection) {
+    std::mem::forget(connection);
+}
+
+/// Has the header of the file say whether an owner has it open. It is at once in the file itself, whatever becomes of the log.
+async fn say_open(connection: &mut SqliteConnection, open: bool) -> Result<(), StoreError> {
+    let sql = if open { "pragma user_version = 1" } else { "pragma user_version = 0" };
+    sqlx::query(sql).execute(&mut *connection).await?;
+    if open {
+        sqlx::query("pragma wal_checkpoint(passive)").execute(connection).await?;
+    }
+    Ok(())
+}
+
+/// Takes a copy for all there is, also where whoever wrote it had not closed it; whether that is so. A file without tables
+/// is none.
+pub(crate) async fn adopt(url: &str) -> Result<bool, StoreError> {
+    let file = DatabaseFile::of(url)?;
+    let Some(header) = file.header()? else { return Err(StoreError::NotADatabase { path: file.path().to_owned() }) };
+    let mut connection = SqliteConnection::connect_with(&SqliteConnectOptions::new().filename(file.path())).await?;
+    let taken = match check_origin(&mut connection, file.path()).await {
+        Ok(Some(_)) => say_open(&mut connection, false).await,
+        Ok(None) if header.has_log => Err(file.without_log()),
+        Ok(None) => Err(StoreError::NotADatabase { path: file.path().to_owned() }),
+        Err(error) => Err(error),
+    };
+    connection.close().await?;
+    taken.map(|()| header.is_open)
 }
 
 /// Connections that read an existing database of this build's schema.
-async fn current(path: &Path, connections: u32) -> Result<SqlitePool, StoreError> {
-    if !has_content(path)? {
+async fn current(file: &DatabaseFile, connections: u32) -> Result<(SqlitePool, Presence), StoreError> {
+    let Some(header) = file.header()? else {
         let error = io::Error::new(io::ErrorKind::NotFound, "there is no database");
-        return Err(io_error(path)(error));
-    }
-    let readers = readers(path, connections).await?;
-    let version = check_origin(&mut *readers.acquire().await?, path).await?.unwrap_or(0);
-    if version < SCHEMA { Err(StoreError::OlderSchema { version, own: SCHEMA }) } else { Ok(readers) }
-}
-
-fn path_of(url: &str) -> Result<PathBuf, StoreError> {
-    let path = url.strip_prefix("sqlite:").map(|rest| rest.strip_prefix("//").unwrap_or(rest));
-    match path {
-        Some(path) if !path.is_empty() && !path.starts_with(':') => Ok(path.into()),
-        _ => Err(StoreError::unsupported(url)),
-    }
-}
-
-fn io_error(path: &Path) -> impl FnOnce(io::Error) -> StoreError {
-    move |error| StoreError::Io { path: path.to_owned(), error: Arc::new(error) }
-}
-
-/// Locks a file beside the database, which names its owner and stays when it is unlocked.
-fn lock(database: &Path) -> Result<File, StoreError> {
-    let mut path = database.as_os_str().to_owned();
-    path.push(".lock");
-    let path = PathBuf::from(path);
-    let open = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
-    let mut file = open.map_err(io_error(&path))?;
-    match file.try_lock() {
-        Ok(()) => {
-            let id = std::process::id().to_string();
-            file.set_len(0).and_then(|()| file.write_all(id.as_bytes())).map_err(io_error(&path))?;
-            Ok(file)
-        }
-        Err(TryLockError::WouldBlock) => {
-            let mut owner = String::new();
-            let _ = file.read_to_string(&mut owner);
-            Err(StoreError::Locked { path: database.to_owned(), owner })
-        }
-        Err(TryLockError::Error(error)) => Err(io_error(&path)(error)),
-    }
-}
-
-/// Whether there is a database already; refuses what is none before anything touches it.
-fn has_content(path: &Path) -> Result<bool, StoreError> {
-    let mut head = Vec::new();
-    match File::open(path) {
-        Ok(file) => file.take(MAGIC.len() as u64).read_to_end(&mut head).map_err(io_error(path))?,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
-        Err(error) => return Err(io_error(path)(error)),
+        return Err(io_error(file.path())(error));
     };
-    if head.is_empty() {
-        Ok(false)
-    } else if head == MAGIC {
-        Ok(true)
-    } else {
-        Err(StoreError::NotADatabase { path: path.to_owned() })
+    file.must_be_whole(header)?;
+    let (presence, had_log) = (Presence::of(file)?, file.has_log());
+    let readers = readers(&presence, connections).await?;
+    match check_origin(&mut *readers.acquire().await?, file.path()).await? {
+        None if header.has_log && !had_log => Err(file.without_log()),
+        Some(SCHEMA..) => Ok((readers, presence)),
+        version => Err(StoreError::OlderSchema { version: version.unwrap_or(0), own: SCHEMA }),
     }
 }
 
-/// Refuses a database of another application or of a newer build, before anything changes it.
-async fn probe(path: &Path) -> Result<(), StoreError> {
-    let mut connection = SqliteConnection::connect_with(&SqliteConnectOptions::new().filename(path)).await?;
-    let checked = check_origin(&mut connection, path).await;
+/// Refuses a database of another application or of a newer build, or one whose tables are in a log that is not there,
+/// before anything changes it.
+async fn probe(file: &DatabaseFile, header: Header) -> Result<(), StoreError> {
+    let had_log = file.has_log();
+    let mut connection = SqliteConnection::connect_with(&SqliteConnectOptions::new().filename(file.path())).await?;
+    let checked = check_origin(&mut connection, file.path()).await;
     connection.close().await?;
-    checked.map(|_| ())
+    match checked? {
+        None if header.has_log && !had_log => Err(file.without_log()),
+        _ => Ok(()),
+    }
 }
 
 /// The version of the schema, if there is one already.
@@ -195,7 +234,6 @@ async fn check_origin(connection: &mut SqliteConnection, path: &Path) -> Result<
 fn writing(path: &Path) -> SqliteConnectOptions {
     SqliteConnectOptions::new()
         .filename(path)
-        .create_if_missing(true)
         .journal_mode(SqliteJournalMode::Wal)
         .synchronous(SqliteSynchronous::Full)
         // On macOS a plain fsync leaves data in the drive's cache.
@@ -239,14 +277,24 @@ async fn seal(connection: &mut SqliteConnection, path: &Path) -> Result<(), Stor
     Ok(())
 }
 
-async fn readers(path: &Path, connections: u32) -> Result<SqlitePool, StoreError> {
-    let options = SqliteConnectOptions::new().filename(path).read_only(true);
-    let pool = SqlitePoolOptions::new().max_connections(connections).before_acquire(|connection, _| {
+async fn readers(presence: &Presence, connections: u32) -> Result<SqlitePool, StoreError> {
+    let options = SqliteConnectOptions::new().filename(presence.path()).read_only(true);
+    // They stay, so that the log does, too, when a connection that writes has to be opened anew.
+    let pool = SqlitePoolOptions::new().min_connections(1).max_connections(connections);
+    let pool = pool.idle_timeout(None).max_lifetime(None).before_acquire(|connection, _| {
         // After a failure to read, SQLite has ended the transaction by itself, and the driver's next would be a savepoint
         // that shows the past for ever.
         Box::pin(async { Ok(!connection.is_in_transaction()) })
     });
-    Ok(pool.connect_with(options).await?)
+    let presence = presence.clone();
+    let pool = pool.after_connect(move |_, _| {
+        let same = presence.check().map_err(|displaced| sqlx::Error::Io(io::Error::other(displaced)));
+        Box::pin(std::future::ready(same))
+    });
+    let pool = pool.connect_with(options).await?;
+    // From its first read on, a connection keeps the log in its place.
+    sqlx::query("pragma application_id").fetch_one(&pool).await?;
+    Ok(pool)
 }
 
 #[cfg(test)]
@@ -267,8 +315,8 @@ mod tests {
         sqlx::query("rollback").execute(&mut *reading).await.unwrap();
         drop(reading);
         assert_eq!(version().await, SCHEMA);
-        let path = path_of(&url).unwrap();
-        let mut beside = SqliteConnection::connect_with(&writing(&path)).await.unwrap();
+        let file = DatabaseFile::of(&url).unwrap();
+        let mut beside = SqliteConnection::connect_with(&writing(file.path())).await.unwrap();
         sqlx::query("update schema_info set version = 99").execute(&mut beside).await.unwrap();
         assert_eq!(version().await, 99);
     }

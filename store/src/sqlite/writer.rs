@@ -13,7 +13,6 @@
 //! `commit_failures_total`, and `upload_queue_waiting`, the uploads that a full transaction left waiting.
 
 use std::{
-    fs::File,
     sync::{Arc, Mutex, PoisonError},
     time::Instant,
 };
@@ -26,7 +25,8 @@ use tokio::{
 };
 
 use super::{
-    open::Place,
+    file::Ownership,
+    open::{Place, abandon},
     sql::{Job, Write, waiting},
 };
 use crate::{Clock, StoreError, outages::Outages};
@@ -50,7 +50,7 @@ pub(super) struct Writer {
 /// The task; it stops when `stop` is sent or dropped.
 struct Running {
     stop: oneshot::Sender<()>,
-    task: JoinHandle<Owned>,
+    task: JoinHandle<Option<Owned>>,
 }
 
 /// What the writer owns: the connection first, so that the file is closed before it is unlocked.
@@ -60,7 +60,7 @@ pub(super) struct Owned {
     /// Where another connection is opened.
     pub(super) place: Place,
     /// `None` beside an owner.
-    pub(super) lock: Option<File>,
+    pub(super) ownership: Option<Ownership>,
 }
 
 impl Writer {
@@ -79,6 +79,7 @@ impl Writer {
             outages: outages.clone(),
             stopping,
             stopped: false,
+            deserted: false,
         };
         let running = Running { stop, task: tokio::spawn(task.run()) };
         let (task, refusal) = (Mutex::new(Some(running)), StoreError::Closed);
@@ -132,8 +133,8 @@ impl Writer {
     /// was stopped before.
     pub(super) async fn stop(&self) -> Option<Owned> {
         let Running { stop, task } = self.task.lock().unwrap_or_else(PoisonError::into_inner).take()?;
-        drop(stop);
-        task.await.ok()
+        let _ = stop.send(());
+        task.await.ok().flatten()
     }
 }
 
@@ -147,15 +148,22 @@ struct Task {
     outages: Arc<Outages>,
     stopping: oneshot::Receiver<()>,
     stopped: bool,
+    /// The store was dropped without being closed.
+    deserted: bool,
 }
 
 impl Task {
-    async fn run(mut self) -> Owned {
+    /// Writes until it is stopped; gives back what it owns, unless nobody is there any longer to take it.
+    async fn run(mut self) -> Option<Owned> {
         while let Some(batch) = self.next_batch().await {
             self.write(batch).await;
             self.committed.notify_waiters();
         }
-        self.owned
+        if self.deserted {
+            self.owned.close().await;
+            return None;
+        }
+        Some(self.owned)
     }
 
     /// What waits, at least one; `None` once the writer is stopped and nothing waits.
@@ -163,8 +171,9 @@ impl Task {
         let first = loop {
             tokio::select! {
                 biased;
-                _ = &mut self.stopping, if !self.stopped => {
+                told = &mut self.stopping, if !self.stopped => {
                     self.stopped = true;
+                    self.deserted = told.is_err();
                     self.uploads.close();
                     self.results.close();
                 }
@@ -216,13 +225,29 @@ impl Task {
     /// Commits a batch on the connection, or on a new one where the last one is not fit for use any longer.
     async fn commit(&mut self, batch: &mut [Box<dyn Job>]) -> Result<(), StoreError> {
         let (now, begun) = (self.clock.now(), Instant::now());
-        let mut connection = match self.owned.connection.take() {
-            Some(connection) => connection,
-            None => self.owned.place.connect().await?,
+        let Owned { connection, place, .. } = &mut self.owned;
+        let open = match connection {
+            Some(open) => open,
+            None => connection.insert(place.connect().await?),
         };
-        let outcome = transact(&mut connection, batch, now).await?;
-        self.owned.connection = Some(connection);
-        outcome?;
+        let mut written = match place.check() {
+            Ok(()) => transact(open, batch, now).await,
+            Err(displaced) => Err(displaced),
+        };
+        if written.is_ok() {
+            written = place.check_written().and(written);
+        }
+        match (written, connection.take()) {
+            (Ok(outcome), kept) => {
+                *connection = kept;
+                outcome?;
+            }
+            (Err(displaced @ StoreError::Displaced { .. }), lost) => {
+                lost.into_iter().for_each(abandon);
+                return Err(displaced);
+            }
+            (Err(error), _) => return Err(error),
+        }
         metrics::histogram!(metric::COMMIT_SECONDS.name).record(begun.elapsed());
         metrics::histogram!(metric::COMMIT_WRITES.name).record(batch.len() as f64);
         Ok(())
@@ -242,7 +267,10 @@ async fn transact(
 ) -> Result<Result<(), StoreError>, StoreError> {
     let mut transaction = connection.begin_with("begin immediate").await?;
     match apply(&mut transaction, batch, now).await {
-        Ok(()) => Ok(Ok(transaction.commit().await?)),
+        Ok(()) => {
+            transaction.commit().await?;
+            Ok(Ok(()))
+        }
         Err(error) if error.is_outage() => Err(error),
         Err(error) => match transaction.rollback().await {
             Ok(()) => Ok(Err(error)),

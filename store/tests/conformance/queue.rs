@@ -4,6 +4,7 @@ use std::{
     time::Duration,
 };
 
+use domain::{Component, OperatorId};
 use store::{Completion, Options, Store};
 use tokio::{task::JoinSet, time::timeout};
 
@@ -239,4 +240,66 @@ async fn eight_leasers_process_every_upload_exactly_once() {
     assert_eq!(estimated.iter().collect::<BTreeSet<_>>().len(), UPLOADS);
     assert_eq!(store.pending().await.unwrap(), 0);
     assert_eq!(store.lease(LEASE).await.unwrap(), None);
+}
+
+/// Serves leases until nothing waits; the components in their order.
+async fn served_in_order(store: &Store) -> Vec<Component> {
+    let mut order = Vec::new();
+    while let Some(lease) = store.lease(LEASE).await.unwrap() {
+        assert_eq!(serve(store, &lease).await, Completion::Done);
+        order.push(lease.component);
+    }
+    order
+}
+
+#[tokio::test]
+async fn fresh_data_of_a_known_unit_waits_for_no_fleet_that_is_loaded_and_the_fleet_is_not_kept_waiting() {
+    const FLEET: usize = 20;
+    let (clock, database) = by_hand();
+    let store = database.ready().await;
+    accept(&store, "first", "known").await;
+    drain(&store).await;
+    for i in 0..FLEET {
+        accept(&store, &format!("load{i}"), &format!("new{i:02}")).await;
+        clock.advance(Duration::from_secs(1));
+    }
+    let (mut later, mut left) = (0, FLEET);
+    while left > 0 {
+        accept(&store, &format!("fresh{later}"), "known").await;
+        later += 1;
+        clock.advance(Duration::from_secs(1));
+        // Two leases go by at most before it is its turn.
+        for turn in 0.. {
+            let lease = lease(&store).await;
+            assert_eq!(serve(&store, &lease).await, Completion::Done);
+            if lease.component == component("known") {
+                break;
+            }
+            left -= 1;
+            assert!(turn < 2, "it waits for the fleet");
+            if left == 0 {
+                break;
+            }
+        }
+    }
+    assert!((FLEET..=4 * FLEET).contains(&later), "{FLEET} new ones were done beside {later} fresh ones");
+}
+
+#[tokio::test]
+async fn operators_take_turns_however_much_one_of_them_sends() {
+    let (clock, database) = by_hand();
+    let store = database.ready().await;
+    let [large, small]: [OperatorId; 2] = ["large", "small"].map(|name| name.parse().unwrap());
+    for i in 0..20 {
+        store.accept(&large, upload(&format!("u{i}"), &format!("{i:04}")), day(0.0)).await.unwrap();
+        clock.advance(Duration::from_secs(1));
+    }
+    for i in 0..5 {
+        store.accept(&small, upload(&format!("u{i}"), &format!("{i:04}")), day(0.0)).await.unwrap();
+    }
+    let order = served_in_order(&store).await;
+    let last = order.iter().rposition(|component| component.operator == small).unwrap();
+    assert_eq!(order.len(), 25);
+    // Of four leases one goes to the oldest, and of the others every second one.
+    assert!(last < 16, "{last}: {order:?}");
 }
