@@ -109,6 +109,8 @@ pub enum Action {
     UploadVoided,
     /// An upload was sent back to be estimated again.
     UploadRetried,
+    /// Uploads of a tail that were set aside were sent back together.
+    UploadsRetried,
     /// A maintenance event was voided.
     EventVoided,
     /// A sensor configuration was put in force.
@@ -125,6 +127,7 @@ impl Action {
             Self::ModelActivated => "model_activated",
             Self::UploadVoided => "upload_voided",
             Self::UploadRetried => "upload_retried",
+            Self::UploadsRetried => "uploads_retried",
             Self::EventVoided => "event_voided",
             Self::SensorConfigurationAdded => "sensor_configuration_added",
         }

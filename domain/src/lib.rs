@@ -31,6 +31,7 @@ pub mod text;
 pub mod time;
 pub mod token;
 pub mod upload;
+mod warning;
 
 pub use audit::{Act, Action, Actor, AuditRecord};
 pub use bundle_summary::BundleSummary;
@@ -55,6 +56,7 @@ pub use state::State;
 pub use time::Timestamp;
 pub use token::{Secret, SecretHash, Token, TokenId};
 pub use upload::{AirData, LoadRatio, Strain, Upload};
+pub use warning::{Warning, WarningKind};
 
 /// Raised only when the numbers served for the same input may change.
 pub const NUMERICS_VERSION: u32 = 4;

@@ -15,6 +15,7 @@ mod scoreboard;
 mod sensor_configuration;
 mod tail;
 mod upload;
+mod warning;
 
 pub use component::{
     ComponentBody, ContradictionItem, GenerationItem, GenerationState, InstallationItem, InstallationSource,
@@ -38,7 +39,8 @@ pub use sensor_configuration::{
     SensorConfigurationAck, SensorConfigurationBody, SensorConfigurationItem, SensorConfigurationStatus,
     example as example_sensor_configuration,
 };
-pub use tail::{PositionItem, TailBody, TailItem};
+pub use tail::{DisplacedItem, PositionItem, TailBody, TailItem};
 pub use upload::{
-    AirDataBody, Ingested, LineResult, LoadRatioBody, StrainBody, UploadAck, UploadBody, UploadState, UploadStatusBody,
+    AirDataBody, Ingested, LineResult, LoadRatioBody, RetryAck, RetryBody, StrainBody, UploadAck, UploadBody, UploadState, UploadStatusBody,
 };
+pub use warning::WarningItem;

@@ -3,7 +3,7 @@
 use domain::{ADVISORY, AsOf, Component, ContentHash, FaultModel, OperatorId, Position, RulDistribution, TailNumber};
 use proto::json::{
     AsOfBody, Doubt, EndOfLife, ExplanationBody, FailureProbability, Fault, LoadBody, MaskBody, ModelItem, MonteCarlo,
-    Page, PropagationBody, RulBody, RulQuantiles, Status, TailItem,
+    Page, PropagationBody, RulBody, RulQuantiles, Status, TailBody, TailItem,
 };
 use store::{BundleRecord, ComponentRecord, Installed, InstalledTail, LifeBeginning, SetAsideUploads};
 
@@ -158,6 +158,15 @@ pub async fn tail_ruls(
         return Err(Refusal::NotFound(format!("tail {tail} is not known")));
     }
     Ok(installed.iter().map(|installed| rul(state, installed, within_fh)).collect())
+}
+
+/// A tail: what is installed on it, and what was last there and has no known place.
+pub async fn tail(state: &State, operator: &OperatorId, tail: TailNumber) -> Result<TailBody, Refusal> {
+    let ruls = tail_ruls(state, operator, &tail, None).await?;
+    let mut displaced = state.store.displaced(operator).await?;
+    displaced.retain(|one| one.tail == tail);
+    let displaced = displaced.iter().map(|one| rul(state, one, None)).collect();
+    Ok(TailBody::new(tail.into(), ruls, displaced))
 }
 
 /// One page of tails, from the first after `after`.

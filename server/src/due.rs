@@ -7,10 +7,10 @@
 use std::cmp::Ordering;
 
 use domain::{
-    ADVISORY, DoubtKind, OperatorId, Position, RulDistribution, TailNumber, prognosis::Forecast, rul::HORIZON_FH,
+    ADVISORY, ContentHash, DoubtKind, OperatorId, Position, RulDistribution, TailNumber, prognosis::Forecast, rul::HORIZON_FH,
 };
 use proto::json::{AsOfBody, Doubt, DueBody, DueItem, DueTotals, LatestSafe, Status};
-use store::{Installed, InstalledTail};
+use store::Installed;
 
 use crate::{State, answer, refusal::Refusal};
 
@@ -65,6 +65,8 @@ pub struct Place {
     part: Part,
     p: f64,
     remaining_fh: f64,
+    /// Tells components without a place apart; 0 for one that has a place.
+    unit: u64,
     tail: TailNumber,
     position: Position,
 }
@@ -74,18 +76,19 @@ impl Place {
     fn order(&self, other: &Self) -> Ordering {
         let by_urgency = self.part.cmp(&other.part).then(other.p.total_cmp(&self.p));
         let by_hours = by_urgency.then(self.remaining_fh.total_cmp(&other.remaining_fh));
-        by_hours.then_with(|| (&self.tail, &self.position).cmp(&(&other.tail, &other.position)))
+        let name = |place: &Self| (place.tail.clone(), place.position.clone(), place.unit);
+        by_hours.then_with(|| name(self).cmp(&name(other)))
     }
 
     fn to_cursor(&self) -> String {
         let part = self.part as u8;
-        format!("{part}_{}_{}_{}_{}", self.p, self.remaining_fh, self.tail, self.position)
+        format!("{part}_{}_{}_{}_{}_{}", self.p, self.remaining_fh, self.unit, self.tail, self.position)
     }
 
     /// The place that a text names, if it is a cursor.
     pub fn from_cursor(text: &str) -> Option<Self> {
         // A position may hold the separator, and comes last.
-        let mut parts = text.splitn(5, '_');
+        let mut parts = text.splitn(6, '_');
         let part = match parts.next()? {
             "0" => Part::Failed,
             "1" => Part::Due,
@@ -94,7 +97,9 @@ impl Place {
         };
         let mut number = || parts.next()?.parse().ok().filter(|number: &f64| *number >= 0.0);
         let (p, remaining_fh) = (number()?, number()?);
-        Some(Self { part, p, remaining_fh, tail: parts.next()?.parse().ok()?, position: parts.next()?.parse().ok()? })
+        let unit = parts.next()?.parse().ok()?;
+        let (tail, position) = (parts.next()?.parse().ok()?, parts.next()?.parse().ok()?);
+        Some(Self { part, p, remaining_fh, unit, tail, position })
     }
 }
 
@@ -106,7 +111,7 @@ pub struct DueList {
 }
 
 impl DueList {
-    /// Judges every installed component.
+    /// Judges every component that is installed, or whose place is unknown.
     pub async fn read(state: &State, operator: &OperatorId, threshold: Threshold) -> Result<Self, Refusal> {
         let mut list = Self { threshold, totals: DueTotals::default(), entries: Vec::new() };
         let mut after: Option<TailNumber> = None;
@@ -114,34 +119,34 @@ impl DueList {
             let tails = state.store.installed_fleet(operator, after.as_ref(), TAILS_AT_ONCE).await?;
             let last = tails.last().map(|tail| tail.tail.clone());
             let complete = tails.len() < TAILS_AT_ONCE as usize;
-            tails.iter().for_each(|tail| list.add(state, tail));
+            tails.iter().flat_map(|tail| &tail.installed).for_each(|installed| list.add(state, installed));
             if complete {
                 break;
             }
             after = last;
         }
+        state.store.displaced(operator).await?.iter().for_each(|displaced| list.add(state, displaced));
         list.entries.sort_by(|a, b| a.0.order(&b.0));
         Ok(list)
     }
 
-    fn add(&mut self, state: &State, tail: &InstalledTail) {
-        for installed in &tail.installed {
-            self.totals.components += 1;
-            let Some((part, item)) = judged(state, installed, self.threshold) else { continue };
-            match part {
-                Part::Failed | Part::Due => self.totals.due += 1,
-                Part::Unknown => self.totals.unknown += 1,
-            }
-            let place = Place {
-                part,
-                // A component that was found failed may have no forecast.
-                p: item.p.unwrap_or(if part == Part::Failed { 1.0 } else { 0.0 }),
-                remaining_fh: item.latest_safe.as_ref().map_or(0.0, |safe| safe.remaining_fh),
-                tail: installed.tail.clone(),
-                position: installed.position.clone(),
-            };
-            self.entries.push((place, item));
+    fn add(&mut self, state: &State, installed: &Installed) {
+        self.totals.components += 1;
+        let Some((part, item)) = judged(state, installed, self.threshold) else { return };
+        match part {
+            Part::Failed | Part::Due => self.totals.due += 1,
+            Part::Unknown => self.totals.unknown += 1,
         }
+        let place = Place {
+            part,
+            // A component that was found failed may have no forecast.
+            p: item.p.unwrap_or(if part == Part::Failed { 1.0 } else { 0.0 }),
+            remaining_fh: item.latest_safe.as_ref().map_or(0.0, |safe| safe.remaining_fh),
+            unit: unit(installed),
+            tail: installed.tail.clone(),
+            position: installed.position.clone(),
+        };
+        self.entries.push((place, item));
     }
 
     /// One page, from the first component after `after`.
@@ -170,12 +175,20 @@ impl DueList {
     }
 }
 
+/// What tells a component without a place apart from others that were last where it was.
+fn unit(installed: &Installed) -> u64 {
+    let hash = ContentHash::of_json(&(&installed.part_number, &installed.serial_number));
+    let first = hash.bytes().first_chunk().copied().map_or(1, u64::from_be_bytes);
+    if installed.place_known { 0 } else { first.max(1) }
+}
+
 /// A component that belongs on the list, and where; `None` for one that is known not to be due.
 fn judged(state: &State, installed: &Installed, threshold: Threshold) -> Option<(Part, DueItem)> {
     let status = answer::status(state, installed);
     let forecast = installed.prognosis.as_ref().and_then(|prognosis| prognosis.forecast.as_ref().ok());
     let p = forecast.and_then(|forecast| forecast.rul.probability_within(threshold.within_fh));
     let reason = why_unknown(state, installed, status, threshold);
+    let reason = if installed.place_known { reason } else { Some(without_place(installed, reason)) };
     let part = match (status, p) {
         (Status::Failed, _) => Part::Failed,
         (_, Some((p, _))) if p > threshold.risk => Part::Due,
@@ -192,8 +205,8 @@ fn judged(state: &State, installed: &Installed, threshold: Threshold) -> Option<
 /// A component without what depends on the threshold.
 fn item(installed: &Installed, status: Status, forecast: Option<&Forecast>) -> DueItem {
     DueItem {
-        tail: installed.tail.to_string(),
-        position: installed.position.to_string(),
+        tail: installed.place_known.then(|| installed.tail.to_string()),
+        position: installed.place_known.then(|| installed.position.to_string()),
         part_number: installed.part_number.to_string(),
         serial_number: installed.serial_number.to_string(),
         life: installed.overhaul_index,
@@ -206,6 +219,15 @@ fn item(installed: &Installed, status: Status, forecast: Option<&Forecast>) -> D
         doubts: forecast.map(|forecast| forecast.doubts.iter().map(Doubt::from).collect()),
         reason: None,
     }
+}
+
+/// That the place of a component is unknown, before what else there is to say.
+fn without_place(Installed { tail, position, .. }: &Installed, reason: Option<String>) -> String {
+    let words = format!(
+        "place unknown: another component took its place at {position} of {tail}, and nobody removed it: report where it is, \
+         or its removal"
+    );
+    [Some(words), reason].into_iter().flatten().collect::<Vec<_>>().join("; ")
 }
 
 /// Why the state of a component is unknown, or how its failure is known; `None` when its forecast says it.
@@ -253,11 +275,12 @@ mod tests {
             part: Part::Due,
             p: 0.1 + 0.2,
             remaining_fh: 1.0 / 3.0,
+            unit: 7,
             tail: "EC-MXA".parse().unwrap(),
             position: "AIL_L_2".parse().unwrap(),
         };
         assert_eq!(Place::from_cursor(&place.to_cursor()), Some(place));
-        for bad in ["", "3_0_0_EC-MXA_A", "1_NaN_0_EC-MXA_A", "1_0_-1_EC-MXA_A", "1_0_0_ec_A", "1_0_0_EC-MXA", "1_0_0"]
+        for bad in ["", "3_0_0_0_EC-MXA_A", "1_NaN_0_0_EC-MXA_A", "1_0_-1_0_EC-MXA_A", "1_0_0_0_ec_A", "1_0_0_0_EC-MXA", "1_0_0"]
         {
             assert_eq!(Place::from_cursor(bad), None, "{bad}");
         }

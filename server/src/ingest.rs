@@ -2,7 +2,7 @@
 
 use std::{collections::HashMap, sync::Arc, sync::RwLock};
 
-use domain::{Component, ContentHash, Invalid, OperatorId, Position, TailNumber, Upload, UploadId, metric};
+use domain::{Component, ContentHash, Invalid, OperatorId, Position, TailNumber, Upload, UploadId, Warning, metric};
 use proto::json::Ingested;
 use store::{PublishedMask, Receipt};
 
@@ -64,20 +64,20 @@ impl Transport {
     }
 }
 
-/// Stores an upload; returns `Accepted` or `Duplicate` once it is durable.
+/// Stores an upload; returns `Accepted` or `Duplicate` once it is durable, with what it contradicts.
 pub async fn ingest(
     shared: &Shared,
     caller: &Caller,
     transport: Transport,
     upload: Result<Upload, Refusal>,
-) -> Result<Ingested, Refusal> {
+) -> Result<(Ingested, Vec<Warning>), Refusal> {
     let outcome = match upload {
         Ok(upload) => check(shared, caller, upload).await,
         Err(refusal) => Err(refusal),
     };
     let judged = Judged { number: 1, upload_id: None, outcome };
-    let Kept { status, refusal, .. } = judged.keep(shared, transport).await;
-    refusal.map_or(Ok(status), Err)
+    let Kept { status, warnings, refusal, .. } = judged.keep(shared, transport).await;
+    refusal.map_or(Ok((status, warnings)), Err)
 }
 
 /// An upload of a sequence that may be stored, or why it may not.
@@ -98,6 +98,8 @@ pub struct Kept {
     pub upload_id: Option<UploadId>,
     /// What became of it.
     pub status: Ingested,
+    /// What it contradicts, though it was stored.
+    pub warnings: Vec<Warning>,
     /// Why it was not stored.
     pub refusal: Option<Refusal>,
 }
@@ -109,12 +111,12 @@ impl Judged {
             Ok(checked) => keep(shared, checked).await,
             Err(refusal) => Err(refusal),
         };
-        let (status, refusal) = match outcome {
-            Ok(status) => (status, None),
-            Err(refusal) => (refusal.ingested(), Some(refusal)),
+        let (status, warnings, refusal) = match outcome {
+            Ok((status, warnings)) => (status, warnings, None),
+            Err(refusal) => (refusal.ingested(), Vec::new(), Some(refusal)),
         };
         transport.count(status);
-        Kept { number: self.number, upload_id: self.upload_id, status, refusal }
+        Kept { number: self.number, upload_id: self.upload_id, status, warnings, refusal }
     }
 }
 
@@ -139,11 +141,12 @@ pub async fn check(shared: &Shared, caller: &Caller, upload: Upload) -> Result<C
     Ok(Checked { operator: caller.operator().clone(), upload })
 }
 
-async fn keep(shared: &Shared, Checked { operator, upload }: Checked) -> Result<Ingested, Refusal> {
+async fn keep(shared: &Shared, Checked { operator, upload }: Checked) -> Result<(Ingested, Vec<Warning>), Refusal> {
     let upload_id = upload.upload_id.clone();
     match shared.state.store.accept(&operator, upload, (shared.state.clock)()).await? {
-        Receipt::Accepted => Ok(Ingested::Accepted),
-        Receipt::Duplicate => Ok(Ingested::Duplicate),
+        Receipt::Accepted => Ok((Ingested::Accepted, Vec::new())),
+        Receipt::Doubted(warnings) => Ok((Ingested::Accepted, warnings)),
+        Receipt::Duplicate => Ok((Ingested::Duplicate, Vec::new())),
         Receipt::Conflict => Err(Refusal::Conflict(upload_id)),
     }
 }

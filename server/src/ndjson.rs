@@ -6,7 +6,7 @@ use std::convert::Infallible;
 use axum::body::{Body, Bytes};
 use domain::TailNumber;
 use futures_util::{StreamExt, stream};
-use proto::json::{self, LineResult, UploadBody};
+use proto::json::{self, LineResult, UploadBody, WarningItem};
 
 use crate::{
     app::Shared,
@@ -66,6 +66,7 @@ fn result(kept: Kept) -> LineResult {
         line: kept.number,
         upload_id: kept.upload_id.map(String::from),
         status: kept.status,
+        warnings: kept.warnings.into_iter().map(WarningItem::from).collect(),
         error: kept.refusal.map(|refusal| refusal.problem()),
     }
 }

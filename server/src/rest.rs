@@ -47,6 +47,7 @@ pub fn router() -> Guarded {
         .guarded(ReadUpload, routes!(upload_status::get))
         .guarded(Correct, routes!(upload_status::void))
         .guarded(Correct, routes!(upload_status::retry))
+        .guarded(Correct, routes!(upload_status::retry_many))
         .guarded(Read, routes!(tails::list))
         .guarded(Read, routes!(tails::get))
         .guarded(Read, routes!(tails::ruls))

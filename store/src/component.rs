@@ -13,7 +13,7 @@ pub struct ComponentRecord {
     pub lives: Vec<LifeRecord>,
     /// Where it was installed, in the order of time.
     pub installations: Vec<Installation>,
-    /// Uploads of it that installs contradict, in the order of time.
+    /// What was reported of it and cannot be true together, in the order of time.
     pub contradictions: Vec<Contradiction>,
 }
 

@@ -2,17 +2,21 @@
 
 use domain::{
     EventId, PartNumber, Position, Prognosis, SerialNumber, SetAside, SetAsideReason, TailNumber, Timestamp, UploadId,
+    Warning,
 };
 
 use crate::LifeBeginning;
 
-/// A component at the position where it is installed now.
+/// A component at the position where it is installed now, or was last.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Installed {
     /// The aircraft.
     pub tail: TailNumber,
     /// The position.
     pub position: Position,
+    /// Whether it is there. It is not where another one took the place, and nobody removed it: then these are the tail and
+    /// the position where it was last, and nobody knows where it is.
+    pub place_known: bool,
     /// The component's part number.
     pub part_number: PartNumber,
     /// Its serial number.
@@ -85,26 +89,20 @@ pub enum InstallationSource {
     Uploads,
 }
 
-/// An upload that an install contradicts: only one of them can be right. What the upload led to stays with the
-/// component that it names.
+/// What was reported of a component and cannot be true together with what else is known. What it led to stays until it is
+/// voided.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Contradiction {
-    /// The first such upload of a stretch.
-    pub upload_id: UploadId,
-    /// When it was recorded.
-    pub recorded_at: Timestamp,
+    /// Which one, and what follows.
+    pub warning: Warning,
+    /// When it was recorded, or occurred.
+    pub at: Timestamp,
     /// The aircraft that it names.
     pub tail: TailNumber,
     /// The position that it names.
     pub position: Position,
-    /// The install.
-    pub event_id: EventId,
-    /// Part number of the component that the install names.
-    pub part_number: PartNumber,
-    /// Its serial number.
-    pub serial_number: SerialNumber,
-    /// The aircraft on which the install puts that one.
-    pub told_tail: TailNumber,
-    /// The position where it puts it.
-    pub told_position: Position,
+    /// The upload that says so; the first one of a stretch.
+    pub upload_id: Option<UploadId>,
+    /// The event that says so, or that says otherwise than the upload.
+    pub event_id: Option<EventId>,
 }

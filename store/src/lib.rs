@@ -52,6 +52,6 @@ pub use prior::PriorRecord;
 pub use sensor_configuration::{Addition, TailConfiguration};
 pub use store::Store;
 pub use token::{Revocation, TokenRecord, TokenRefusal, TokenStatus};
-pub use upload::{Receipt, Retrial, UploadRecord, UploadState, UploadStateKind, Voiding};
+pub use upload::{Receipt, Released, Retrial, UploadRecord, UploadState, UploadStateKind, Voiding};
 pub use verification::{DamagedRow, Verification};
 pub use work::{Completion, Generation, Lease, LifeInputs, LifeResults, Unestimated, WorkFigures};

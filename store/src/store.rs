@@ -1,16 +1,16 @@
 //! The handle that everyone else holds.
 
-use std::{path::Path, sync::Arc, time::Duration};
+use std::{ops::RangeInclusive, path::Path, sync::Arc, time::Duration};
 
 use domain::{
     Act, Actor, AuditRecord, BundleSummary, Component, ContentHash, Estimate, EventId, MaintenanceEvent, OperatorId,
-    PartNumber, Position, SensorConfiguration, State, TailNumber, Timestamp, TokenId, Upload, UploadId,
+    PartNumber, Position, SensorConfiguration, SetAsideReason, State, TailNumber, Timestamp, TokenId, Upload, UploadId, Warning,
 };
 
 use crate::{
     Addition, AuditChain, BundleRecord, Checkpoint, Completion, ComponentRecord, Digest, EventReceipt, EventRecord,
     FinishedLife, HistoryOf, Installation, Installed, InstalledTail, IssuedLife, Lease, Lesson, LifeCursor, LifeInputs,
-    LifeResults, ModelUse, Options, PriorRecord, PublishedMask, Receipt, Retrial, Revocation, StoreError,
+    LifeResults, ModelUse, Options, PriorRecord, PublishedMask, Receipt, Released, Retrial, Revocation, StoreError,
     TailConfiguration, TokenRecord, UploadRecord, UploadStateKind, Verification, Voiding, WorkFigures, postgres,
     sqlite,
 };
@@ -277,6 +277,30 @@ impl Store {
         backend!(self, void_event(operator, id, act))
     }
 
+    /// Components of an operator that lost their places to others, and that nobody removed: each where it was last.
+    pub async fn displaced(&self, operator: &OperatorId) -> Result<Vec<Installed>, StoreError> {
+        backend!(self, displaced(operator))
+    }
+
+    /// What a stored event contradicts of what is known now, and what follows.
+    pub async fn event_warnings(
+        &self,
+        operator: &OperatorId,
+        event: &MaintenanceEvent,
+    ) -> Result<Vec<Warning>, StoreError> {
+        backend!(self, event_warnings(operator, event))
+    }
+
+    /// Known names that differ in case only from those of a component and its position.
+    pub async fn names_alike(
+        &self,
+        component: &Component,
+        tail: &TailNumber,
+        position: &Position,
+    ) -> Result<Vec<Warning>, StoreError> {
+        backend!(self, names_alike(component, tail, position))
+    }
+
     /// An event, voided or not.
     pub async fn event(&self, operator: &OperatorId, id: &EventId) -> Result<Option<EventRecord>, StoreError> {
         backend!(self, event(operator, id))
@@ -393,6 +417,19 @@ impl Store {
     /// Writes results and ends the lease. Inputs stored since the lease leave the component waiting.
     pub async fn complete(&self, lease: &Lease, results: Vec<LifeResults>) -> Result<Completion, StoreError> {
         backend!(self, complete(lease, results))
+    }
+
+    /// Sends uploads of a tail that are set aside, and were recorded at a time, back to be estimated again; a bounded
+    /// number of them.
+    pub async fn retry_uploads(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+        recorded_at: RangeInclusive<Timestamp>,
+        reason: Option<SetAsideReason>,
+        act: Act,
+    ) -> Result<Released, StoreError> {
+        backend!(self, retry_uploads(operator, tail, recorded_at, reason, act))
     }
 
     /// Ends the lease without a result; the component waits for `retry_after`. Without effect when

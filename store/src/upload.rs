@@ -1,12 +1,14 @@
 //! What became of an upload.
 
-use domain::{Estimate, SetAsideReason, Timestamp, Upload};
+use domain::{Estimate, SetAsideReason, Timestamp, Upload, Warning};
 
 /// The answer to an upload, given once it is durable.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Receipt {
     /// It is new and stored.
     Accepted,
+    /// The same, but it contradicts what is known.
+    Doubted(Vec<Warning>),
     /// The same content was stored under this id before.
     Duplicate,
     /// Other content was stored under this id before; this one is not stored.
@@ -80,6 +82,15 @@ pub enum Voiding {
     Voided,
     /// It was voided before.
     AlreadyVoided,
+}
+
+/// The answer to a request to try many uploads again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Released {
+    /// How many wait for a worker again.
+    pub retried: u64,
+    /// How many are still set aside: asked again, the next ones follow.
+    pub remaining: u64,
 }
 
 /// The answer to a request to try an upload again.

@@ -7,7 +7,7 @@ const BACKEND: fixture::Backend = fixture::Backend::Sqlite;
 
 use std::{fs, path::Path};
 
-use domain::{Actor, ContentHash, Finding, SetAsideReason};
+use domain::{Actor, ContentHash, EventKind, Finding, MaintenanceEvent, SetAsideReason};
 use fixture::{
     Database, bundle, by_hand, component, configuration, day, drain, finding, later_upload, lease, life_inputs,
     operator, prior, results, serve, tail, token, upload,
@@ -38,6 +38,41 @@ async fn a_file_has_one_owner() {
     assert_eq!(*owner, std::process::id().to_string());
     store.close().await;
     database.open().await.close().await;
+}
+
+/// Counts the rows that are written of where components are.
+const COUNT_WRITES: &str = "
+    create table writes (row integer primary key);
+    create trigger a1 after insert on installations begin insert into writes default values; end;
+    create trigger a2 after delete on installations begin insert into writes default values; end;
+    create trigger a3 after update on installations begin insert into writes default values; end;
+    create trigger a4 after insert on observed_installations begin insert into writes default values; end;
+    create trigger a5 after delete on observed_installations begin insert into writes default values; end;
+    create trigger a6 after update on observed_installations begin insert into writes default values; end;";
+
+#[tokio::test]
+async fn the_last_of_many_turns_at_a_place_writes_as_many_rows_as_the_first() {
+    let database = Database::new();
+    let store = database.ready().await;
+    execute(&database.path(), COUNT_WRITES).await;
+    let seen = |turn: usize| later_upload(&format!("u{turn}"), ["0001", "0002"][turn % 2], turn as f64);
+    let moved = |turn: usize| MaintenanceEvent {
+        kind: [EventKind::Install, EventKind::Remove][turn % 2],
+        occurred_at: day(100.0 + turn as f64),
+        ..finding(&format!("e{turn}"), "0003", Finding::Serviceable, 0.0)
+    };
+    let mut written = Vec::new();
+    for turn in 0..300 {
+        if turn % 20 == 0 {
+            written.push(execute(&database.path(), "delete from writes").await);
+        }
+        store.accept(&operator(), seen(turn), day(0.0)).await.unwrap();
+        store.record_event(&operator(), &moved(turn), day(0.0)).await.unwrap();
+    }
+    assert!(written[2] > 20, "{written:?}");
+    assert!(written[2..].iter().all(|rows| *rows == written[2]), "{written:?}");
+    store.accept(&operator(), later_upload("late", "0002", 2.0), day(0.0)).await.unwrap();
+    assert!(execute(&database.path(), "delete from writes").await <= written[2] + 8);
 }
 
 #[tokio::test]

@@ -36,8 +36,8 @@ fn due_row(item: &DueItem) -> [String; 10] {
     let safe = item.latest_safe.as_ref();
     let p = item.p.zip(item.standard_error);
     [
-        item.tail.clone(),
-        item.position.clone(),
+        place(item.tail.as_ref()),
+        place(item.position.as_ref()),
         item.serial_number.clone(),
         due_words(item.status).to_owned(),
         p.map_or_else(none, |(p, error)| format!("{:.1} \u{b1} {:.1} %", 100.0 * p, 100.0 * error)),
@@ -47,6 +47,11 @@ fn due_row(item: &DueItem) -> [String; 10] {
         item.dominant_fault.clone().unwrap_or_else(none),
         as_of(item.as_of.as_ref()),
     ]
+}
+
+/// A tail or a position; of a component that lost its place to another one, neither is known.
+fn place(name: Option<&String>) -> String {
+    name.cloned().unwrap_or_else(|| "unknown".to_owned())
 }
 
 /// A forecast to act on is due when it is on the list.
@@ -69,7 +74,7 @@ fn due_line(table: &mut String, cells: [String; 10]) {
 
 fn unknown_line(table: &mut String, item: &DueItem) {
     let reason = item.reason.as_deref().unwrap_or_else(|| words(item.status));
-    let (tail, position, serial) = (&item.tail, &item.position, &item.serial_number);
+    let (tail, position, serial) = (place(item.tail.as_ref()), place(item.position.as_ref()), &item.serial_number);
     writeln!(table, "{tail:<8} {position:<9} {serial:<12}  {reason} (as of {})", as_of(item.as_of.as_ref()))
         .expect("writing to a string");
 }

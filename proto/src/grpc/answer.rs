@@ -151,6 +151,20 @@ impl From<json::TailBody> for v1::TailDetail {
             status: v1::Status::from(tail.status).into(),
             rul_p10_fh: tail.rul_p10_fh,
             positions: each(tail.positions),
+            displaced: each(tail.displaced),
+        }
+    }
+}
+
+impl From<json::DisplacedItem> for v1::Displaced {
+    fn from(item: json::DisplacedItem) -> Self {
+        Self {
+            tail: item.tail,
+            position: item.position,
+            last_position: item.last_position,
+            part_number: item.part_number,
+            serial_number: item.serial_number,
+            status: v1::Status::from(item.status).into(),
         }
     }
 }

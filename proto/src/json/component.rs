@@ -19,8 +19,8 @@ pub struct ComponentBody {
     pub enrolled_at: String,
     /// Where it was installed, in the order of time.
     pub installations: Vec<InstallationItem>,
-    /// Uploads of it that installs contradict, in the order of time: only one of the two can be right. Estimates stay
-    /// with the component that the upload names.
+    /// Uploads and events of it that contradict what else is known, in the order of time, the newest 100: only one of
+    /// the two can be right. Estimates stay with the component that the upload names.
     pub contradictions: Vec<ContradictionItem>,
     /// Its lives, the oldest first; the last one is the present one.
     pub lives: Vec<LifeItem>,
@@ -58,13 +58,17 @@ pub enum InstallationSource {
     Uploads,
 }
 
-/// An upload that an install contradicts.
+/// An upload or an event that contradicts what else is known.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ContradictionItem {
-    /// The first such upload of a stretch.
-    #[schema(example = "EC-MXA.AIL-L.000123")]
-    pub upload_id: String,
-    /// When it was recorded.
+    /// Which contradiction: `hours_contradict`, `not_installed_there`, `place_taken`, `installed_elsewhere`,
+    /// `install_contradicted`, `seen_on_other_tail` or `place_unknown`.
+    #[schema(example = "install_contradicted")]
+    pub kind: String,
+    /// The upload, the first one of a stretch; null where an event is at odds with what was there before.
+    #[schema(required, example = "EC-MXA.AIL-L.000123")]
+    pub upload_id: Option<String>,
+    /// When it was recorded, or occurred.
     #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
     pub recorded_at: String,
     /// The aircraft that it names.
@@ -73,10 +77,10 @@ pub struct ContradictionItem {
     /// The position that it names.
     #[schema(example = "AIL-L")]
     pub position: String,
-    /// The install.
-    #[schema(example = "WO-2026-0815")]
-    pub event_id: String,
-    /// What the install says instead.
+    /// The event; null where no event says anything.
+    #[schema(required, example = "WO-2026-0815")]
+    pub event_id: Option<String>,
+    /// What is known instead, and what follows.
     #[schema(example = "EMA-500 SN-0002 is installed at AIL-L of EC-MXA")]
     pub detail: String,
 }

@@ -31,7 +31,7 @@ pub struct DueBody {
     pub advisory: String,
 }
 
-/// Numbers of installed components.
+/// Numbers of components that are installed, or whose place is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
 pub struct DueTotals {
     /// All.
@@ -48,12 +48,12 @@ pub struct DueTotals {
 /// One component of the due list. What is not known is null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct DueItem {
-    /// The aircraft.
-    #[schema(example = "EC-MXA")]
-    pub tail: String,
-    /// The position on it.
-    #[schema(example = "AIL-L")]
-    pub position: String,
+    /// The aircraft; null for a component that lost its place to another one and was never removed: its place is unknown.
+    #[schema(required, example = "EC-MXA")]
+    pub tail: Option<String>,
+    /// The position on it; null where the place is unknown.
+    #[schema(required, example = "AIL-L")]
+    pub position: Option<String>,
     /// The component's part number.
     #[schema(example = "EMA-500")]
     pub part_number: String,
@@ -85,7 +85,7 @@ pub struct DueItem {
     /// Reasons not to trust the forecast; null when there is none.
     #[schema(required)]
     pub doubts: Option<Vec<Doubt>>,
-    /// Why the component's state is unknown, or at which hours it was found failed; null otherwise.
+    /// Why the component's state or place is unknown, or at which hours it was found failed; null otherwise.
     #[schema(required, example = json!(null))]
     pub reason: Option<String>,
 }

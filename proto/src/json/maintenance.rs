@@ -7,6 +7,8 @@ use domain::{
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::WarningItem;
+
 /// Longest note, characters.
 const MAX_NOTE: usize = 2000;
 /// Most flight hours of a component.
@@ -86,13 +88,16 @@ pub struct MaintenanceAck {
     pub event_id: String,
     /// What became of it.
     pub status: MaintenanceStatus,
-    /// What is odd about it: the component was not known before, or its hours contradict its newest upload;
-    /// absent when nothing is. It was stored nevertheless, since either may be wrong: void it if it is.
+    /// The details of all warnings in one sentence each; absent when there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(
-        example = "523.4 fh are not possible for a component whose newest upload tells 5230 fh at 2026-02-28T09:10:00Z"
+        example = "523.4 fh at 2026-03-01T12:30:00Z are not possible for a component of which upload EC-MXA.AIL-L.000123 tells 5230 fh at 2026-02-28T09:10:00Z: one of them is wrong"
     )]
     pub warning: Option<String>,
+    /// What is odd about it; absent when nothing is. It was stored nevertheless, since events come in any order and
+    /// either may be wrong: void it if it is.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<WarningItem>,
 }
 
 /// A stored event.

@@ -34,6 +34,31 @@ pub struct TailBody {
     pub rul_p10_fh: Option<f64>,
     /// The positions, by name.
     pub positions: Vec<PositionItem>,
+    /// Components that were last on this tail, lost their place to others and were never removed: their places are
+    /// unknown.
+    pub displaced: Vec<DisplacedItem>,
+}
+
+/// A component without a known place.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct DisplacedItem {
+    /// Where it is: null, nobody knows.
+    #[schema(required, example = json!(null))]
+    pub tail: Option<String>,
+    /// Where it is: null, nobody knows.
+    #[schema(required, example = json!(null))]
+    pub position: Option<String>,
+    /// The position of this tail where it was last.
+    #[schema(example = "AIL-L")]
+    pub last_position: String,
+    /// The component's part number.
+    #[schema(example = "EMA-500")]
+    pub part_number: String,
+    /// Its serial number.
+    #[schema(example = "SN-0001")]
+    pub serial_number: String,
+    /// How to read its prognosis now.
+    pub status: Status,
 }
 
 /// One position and the component in it.
@@ -55,6 +80,19 @@ pub struct PositionItem {
     pub prognosis: RulBody,
 }
 
+impl From<RulBody> for DisplacedItem {
+    fn from(last: RulBody) -> Self {
+        Self {
+            tail: None,
+            position: None,
+            last_position: last.position,
+            part_number: last.part_number,
+            serial_number: last.serial_number,
+            status: last.status,
+        }
+    }
+}
+
 impl From<RulBody> for PositionItem {
     fn from(prognosis: RulBody) -> Self {
         Self {
@@ -68,10 +106,10 @@ impl From<RulBody> for PositionItem {
 }
 
 impl TailBody {
-    /// A tail with the remaining lives of its positions.
-    pub fn new(tail: String, prognoses: Vec<RulBody>) -> Self {
+    /// A tail with the remaining lives of its positions, and of what was last on it.
+    pub fn new(tail: String, prognoses: Vec<RulBody>, displaced: Vec<RulBody>) -> Self {
         let TailItem { tail, status, rul_p10_fh, .. } = TailItem::new(tail, &prognoses);
-        Self { tail, status, rul_p10_fh, positions: prognoses.into_iter().map(PositionItem::from).collect() }
+        Self { tail, status, rul_p10_fh, positions: prognoses.into_iter().map(PositionItem::from).collect(), displaced: displaced.into_iter().map(DisplacedItem::from).collect() }
     }
 }
 

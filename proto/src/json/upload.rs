@@ -1,9 +1,10 @@
 //! An upload on the wire and what became of it.
 
-use std::fmt;
+use std::{fmt, ops::RangeInclusive};
 
 use domain::{
-    AirData, Invalid, LoadRatio, PartNumber, Position, SerialNumber, Strain, TailNumber, Timestamp, Upload, UploadId,
+    AirData, Invalid, LoadRatio, PartNumber, Position, SerialNumber, SetAsideReason, Strain, TailNumber, Timestamp,
+    Upload, UploadId,
 };
 use serde::{
     Deserialize, Deserializer, Serialize,
@@ -11,7 +12,7 @@ use serde::{
 };
 use utoipa::ToSchema;
 
-use super::{HealthItem, Problem};
+use super::{HealthItem, Problem, WarningItem};
 
 /// What an aircraft knows of one actuator after one flight. Unknown fields are refused.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -269,6 +270,9 @@ pub struct UploadAck {
     pub upload_id: String,
     /// `accepted` (202) or `duplicate` (200).
     pub status: Ingested,
+    /// What it contradicts, though it was stored; absent when nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<WarningItem>,
 }
 
 /// The answer to one line of an NDJSON body.
@@ -282,9 +286,57 @@ pub struct LineResult {
     pub upload_id: Option<String>,
     /// What became of it.
     pub status: Ingested,
+    /// What it contradicts, though it was stored; absent when nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<WarningItem>,
     /// Why it was not stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<Problem>,
+}
+
+/// Which uploads of a tail that are set aside are to be tried again. Unknown fields are refused.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RetryBody {
+    /// Recorded at this time or later, RFC 3339 with an offset.
+    #[schema(format = "date-time", example = "2026-03-01T00:00:00Z")]
+    pub from: String,
+    /// Recorded at this time or earlier.
+    #[schema(format = "date-time", example = "2026-03-31T23:59:59Z")]
+    pub to: String,
+    /// Only those that are set aside for this reason: the code that they are listed with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = "implausible_hours")]
+    pub reason: Option<String>,
+}
+
+impl RetryBody {
+    /// The times and the reason, or everything that is wrong with them.
+    pub fn into_choice(self) -> Result<(RangeInclusive<Timestamp>, Option<SetAsideReason>), Invalid> {
+        let mut invalid = Invalid::default();
+        let from = invalid.check("#/from", self.from.parse::<Timestamp>());
+        let to = invalid.check("#/to", self.to.parse::<Timestamp>());
+        if from > to && to.is_some() {
+            invalid.push("#/to", format!("{} is before from, {}", self.to, self.from));
+        }
+        let reason = self.reason.as_ref().map(|code| serde_json::from_value::<SetAsideReason>(code.as_str().into()));
+        let reason = reason.transpose().unwrap_or_else(|_| {
+            invalid.push("#/reason", format!("{:?} is none that uploads are set aside for", self.reason.unwrap_or_default()));
+            None
+        });
+        invalid.into_result(from.zip(to).map(|(from, to)| (from..=to, reason)))
+    }
+}
+
+/// How many uploads are tried again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct RetryAck {
+    /// How many wait for a worker again, at most 500 at a time.
+    #[schema(example = 42)]
+    pub retried: u64,
+    /// How many of those that were asked for are still set aside: ask again.
+    #[schema(example = 0)]
+    pub remaining: u64,
 }
 
 /// How far an upload has come.

@@ -2,7 +2,6 @@
 
 use domain::{Component, Invalid, OperatorId, Position, TailNumber};
 use proto::{
-    json::TailBody,
     v1::{self, fleet_health_server::FleetHealth},
 };
 use tonic::{Request, Response, Status};
@@ -38,8 +37,7 @@ impl FleetHealth for Service {
         let mut invalid = Invalid::default();
         let tail = invalid.check("#/tail", request.into_inner().tail.parse::<TailNumber>());
         let tail = invalid.into_result(tail).map_err(Refusal::from)?;
-        let ruls = answer::tail_ruls(&self.0.state, caller.operator(), &tail, None).await?;
-        Ok(Response::new(TailBody::new(tail.into(), ruls).into()))
+        Ok(Response::new(answer::tail(&self.0.state, caller.operator(), tail).await?.into()))
     }
 
     async fn get_rul(&self, request: Request<v1::GetRulRequest>) -> Result<Response<v1::Rul>, Status> {

@@ -26,8 +26,9 @@ impl Ingest for Service {
         let request = request.into_inner();
         let upload_id = request.upload_id.clone();
         let upload = into_upload(request).map_err(Refusal::from);
-        let status = ingest(&self.0, &caller, Transport::Grpc, upload).await?;
-        Ok(Response::new(v1::UploadResponse { upload_id, status: wire(status).into() }))
+        let (status, warnings) = ingest(&self.0, &caller, Transport::Grpc, upload).await?;
+        let warnings = warnings.into_iter().map(v1::Warning::from).collect();
+        Ok(Response::new(v1::UploadResponse { upload_id, status: wire(status).into(), warnings }))
     }
 
     type UploadStreamStream = BoxStream<'static, Result<v1::UploadAck, Status>>;
@@ -100,5 +101,6 @@ fn acknowledgement(kept: Kept) -> v1::UploadAck {
         status: wire(kept.status).into(),
         error,
         field_violations,
+        warnings: kept.warnings.into_iter().map(v1::Warning::from).collect(),
     }
 }

@@ -51,8 +51,8 @@ struct DuePage {
 
 struct Row {
     badge: Badge,
-    tail: String,
-    position: String,
+    /// `None` while nobody knows where it is.
+    place: Option<(String, String)>,
     part_number: String,
     serial_number: String,
     p: String,
@@ -146,8 +146,7 @@ impl Row {
                 },
             ),
             notes,
-            tail: item.tail,
-            position: item.position,
+            place: item.tail.zip(item.position),
             part_number: item.part_number,
             serial_number: item.serial_number,
         }

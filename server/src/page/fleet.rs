@@ -27,8 +27,8 @@ struct FleetPage {
 
 struct Row {
     badge: Badge,
-    tail: String,
-    position: String,
+    /// `None` while nobody knows where it is.
+    place: Option<(String, String)>,
     part_number: String,
     serial_number: String,
     p10: String,
@@ -44,14 +44,15 @@ pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Res
     let mut fleet = state.store.installed_fleet(caller.operator(), None, MAX_TAILS + 1).await?;
     let more = fleet.len() > MAX_TAILS as usize;
     fleet.truncate(MAX_TAILS as usize);
-    let installed = fleet.iter().flat_map(|tail| &tail.installed);
-    let mut bodies: Vec<RulBody> = installed.map(|installed| answer::rul(state, installed, None)).collect();
-    bodies.sort_by(worst_first);
+    let displaced = state.store.displaced(caller.operator()).await?;
+    let all = fleet.iter().flat_map(|tail| &tail.installed).chain(&displaced);
+    let mut bodies: Vec<(RulBody, bool)> = all.map(|one| (answer::rul(state, one, None), one.place_known)).collect();
+    bodies.sort_by(|(a, _), (b, _)| worst_first(a, b));
     html(&FleetPage {
         now: (state.clock)(),
         tails: fleet.len(),
         more,
-        pending: grouped(bodies.iter().map(|body| body.pending_uploads).sum::<u64>() as f64),
+        pending: grouped(bodies.iter().map(|(body, _)| body.pending_uploads).sum::<u64>() as f64),
         rows: bodies.into_iter().map(Row::new).collect(),
         advisory: domain::ADVISORY,
     })
@@ -69,7 +70,7 @@ fn worst_first(a: &RulBody, b: &RulBody) -> std::cmp::Ordering {
 }
 
 impl Row {
-    fn new(body: RulBody) -> Self {
+    fn new((body, place_known): (RulBody, bool)) -> Self {
         let rul = body.rul_fh.as_ref();
         let dates = body.end_of_life.as_ref().map(|end| {
             let date = |date: &Option<String>| date.clone().unwrap_or_else(|| "later".to_owned());
@@ -84,8 +85,7 @@ impl Row {
             as_of: body
                 .as_of
                 .map_or_else(|| "nothing yet".to_owned(), |as_of| format!("{} fh", grouped(as_of.flight_hours))),
-            tail: body.tail,
-            position: body.position,
+            place: place_known.then_some((body.tail, body.position)),
             part_number: body.part_number,
             serial_number: body.serial_number,
         }

@@ -132,14 +132,14 @@ fn stay(Installation { tail, position, from, to, source }: Installation) -> Stay
     }
 }
 
-fn contradiction(one: &Contradiction) -> String {
-    let Contradiction { recorded_at, tail, position, event_id, part_number, serial_number, .. } = one;
-    let Contradiction { told_tail, told_position, .. } = one;
-    format!(
-        "From {} on, uploads saw it on {tail}, {position}; but {event_id} says that {part_number} {serial_number} is on \
-         {told_tail}, {told_position}.",
-        minute(*recorded_at)
-    )
+fn contradiction(Contradiction { warning, at, tail, position, upload_id, event_id }: &Contradiction) -> String {
+    let says = match (upload_id, event_id) {
+        (Some(upload), Some(event)) => format!("uploads from {upload} on saw it on {tail}, {position}; but {event} says"),
+        (Some(upload), None) => format!("{upload}, on {tail}, {position}"),
+        (None, Some(event)) => format!("{event}, on {tail}, {position}"),
+        (None, None) => format!("{tail}, {position}"),
+    };
+    format!("{}: {says}: {}.", minute(*at), warning.detail)
 }
 
 fn event(EventRecord { event, voided_at, .. }: EventRecord) -> Event {

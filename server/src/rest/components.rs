@@ -57,15 +57,15 @@ fn installation(installation: Installation) -> InstallationItem {
     }
 }
 
-fn contradiction(contradiction: Contradiction) -> ContradictionItem {
-    let Contradiction { part_number, serial_number, told_tail, told_position, .. } = &contradiction;
+fn contradiction(Contradiction { warning, at, tail, position, upload_id, event_id }: Contradiction) -> ContradictionItem {
     ContradictionItem {
-        detail: format!("{part_number} {serial_number} is installed at {told_position} of {told_tail}"),
-        upload_id: contradiction.upload_id.into(),
-        recorded_at: contradiction.recorded_at.into(),
-        tail: contradiction.tail.into(),
-        position: contradiction.position.into(),
-        event_id: contradiction.event_id.into(),
+        kind: warning.kind.as_str().to_owned(),
+        upload_id: upload_id.map(String::from),
+        recorded_at: at.into(),
+        tail: tail.into(),
+        position: position.into(),
+        event_id: event_id.map(String::from),
+        detail: warning.detail,
     }
 }
 

@@ -136,8 +136,8 @@ fn row(list: &str, body: &DueBody, item: &DueItem) -> [String; 20] {
     let doubts: Vec<_> = item.doubts.iter().flatten().map(|doubt| doubt.kind.as_str()).collect();
     [
         list.to_owned(),
-        item.tail.clone(),
-        item.position.clone(),
+        text(item.tail.as_ref()),
+        text(item.position.as_ref()),
         item.part_number.clone(),
         item.serial_number.clone(),
         item.life.to_string(),

@@ -6,8 +6,8 @@ use axum::{
     http::StatusCode,
     response::{IntoResponse, Response},
 };
-use domain::{Component, EventId, MaintenanceEvent, OperatorId, Position, TailNumber};
-use proto::json::{self, EventItem, MaintenanceAck, MaintenanceBody, MaintenanceStatus};
+use domain::{Component, EventId, MaintenanceEvent, OperatorId, Position, TailNumber, Warning, WarningKind};
+use proto::json::{self, EventItem, MaintenanceAck, MaintenanceBody, MaintenanceStatus, WarningItem};
 use serde::Deserialize;
 use store::{EventReceipt, EventRecord};
 
@@ -17,9 +17,6 @@ use super::{
     problems::{Lookup, Reporting},
 };
 use crate::{State, app::Shared, auth::Caller, ingest::must_be_known, parameters::Named, refusal::Refusal};
-
-/// How far hours and times of uploads and events may differ: mechanics round, and name days.
-const SLACK_H: f64 = 24.0;
 
 /// An event at a position in a path.
 #[derive(Deserialize)]
@@ -32,8 +29,9 @@ pub struct One {
 /// Report what was done to a component, or found out about it.
 ///
 /// - `install`, `remove`: where the component is from then on, whatever uploads say; a swap is a removal of the old
-///   unit and an installation of the new one. An install holds until its component is removed or installed
-///   elsewhere, or another one is installed at the position. Where no install says anything, uploads tell.
+///   unit and an installation of the new one. An install holds until its component is removed from there or installed
+///   elsewhere, or another one is installed at the position. Where no install says anything, uploads tell. Of events of
+///   one time, removals come first, so that a swap may be booked with one time and in any order.
 /// - `overhaul`: the component begins a new life: its history and its remaining life start again, and its hours
 ///   since new go on. To which life an upload or a finding belongs is decided by (flight_hours, time): so an overhaul
 ///   that is reported late parts what has been uploaded since, which is then judged again.
@@ -41,8 +39,9 @@ pub struct One {
 ///   forecast says; its life is finished, and what was forecast of it is judged by the flight hours of the finding.
 ///
 /// The component is the one that is named, wherever it was; one that was not known before is enrolled, with a
-/// warning (unless enrolment is switched off). Sending the same event again is harmless. An event whose flight
-/// hours contradict those of uploads is stored, with a warning.
+/// warning (unless enrolment is switched off). Sending the same event again is harmless. An event that contradicts what
+/// is known (its hours those of its neighbours in time, a removal where the component was not, an install where another
+/// one was) is stored with warnings, which are judged by what is known now: sent again, it is judged again.
 #[utoipa::path(
     post, path = "/v1/tails/{tail}/positions/{position}/maintenance", tag = "maintenance",
     operation_id = "postMaintenance",
@@ -79,36 +78,25 @@ pub async fn post(
         EventReceipt::Duplicate => (StatusCode::OK, MaintenanceStatus::Duplicate),
         EventReceipt::Conflict => return Err(conflict(&event)),
     };
-    let warning = match receipt {
-        EventReceipt::Enrolled => Some(enrolled(&component)),
-        _ => contradiction(&shared.state, caller.operator(), &event).await?,
+    let mut warnings = Vec::new();
+    if receipt == EventReceipt::Enrolled {
+        warnings.push(enrolled(&component));
+        warnings.extend(shared.state.store.names_alike(&component, &event.tail, &event.position).await?);
+    }
+    warnings.extend(shared.state.store.event_warnings(caller.operator(), &event).await?);
+    let warning = warnings.iter().map(|warning| warning.detail.as_str()).collect::<Vec<_>>().join("; ");
+    let ack = MaintenanceAck {
+        event_id: event.event_id.into(),
+        status,
+        warning: (!warnings.is_empty()).then_some(warning),
+        warnings: warnings.into_iter().map(WarningItem::from).collect(),
     };
-    Ok((code, Json(MaintenanceAck { event_id: event.event_id.into(), status, warning })).into_response())
+    Ok((code, Json(ack)).into_response())
 }
 
-fn enrolled(Component { part_number, serial_number, .. }: &Component) -> String {
-    format!("component {part_number} {serial_number} was not known before: this event enrols it")
-}
-
-/// How an event contradicts the newest upload of its component: time only goes on, and no component flies longer
-/// than time passes.
-async fn contradiction(
-    state: &State,
-    operator: &OperatorId,
-    event: &MaintenanceEvent,
-) -> Result<Option<String>, Refusal> {
-    let record = state.store.component(&event.component(operator)).await?;
-    let newest = record.and_then(|record| record.lives.into_iter().rev().find_map(|life| life.last));
-    Ok(newest.and_then(|newest| {
-        let passed_h = event.occurred_at.hours_since(newest.recorded_at);
-        let possible_fh = passed_h.min(0.0) - SLACK_H..=passed_h.max(0.0) + SLACK_H;
-        (!possible_fh.contains(&(event.flight_hours - newest.flight_hours))).then(|| {
-            format!(
-                "{} fh at {} are not possible for a component whose newest upload tells {} fh at {}",
-                event.flight_hours, event.occurred_at, newest.flight_hours, newest.recorded_at
-            )
-        })
-    }))
+fn enrolled(Component { part_number, serial_number, .. }: &Component) -> Warning {
+    let detail = format!("component {part_number} {serial_number} was not known before: this event enrols it");
+    Warning { kind: WarningKind::Enrolled, detail }
 }
 
 fn conflict(event: &MaintenanceEvent) -> Refusal {

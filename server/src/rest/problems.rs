@@ -26,6 +26,8 @@ pub struct Dating;
 pub struct Reporting;
 /// Of a route that changes what became of something.
 pub struct Action;
+/// Of a route that changes what became of many things.
+pub struct Retrying;
 /// Of a route that needs the database and nothing else.
 pub struct Probing;
 
@@ -94,6 +96,21 @@ impl IntoResponses for Action {
             not_found(),
             Refusal::Contradiction(refused.to_owned()),
             Refusal::parameter("upload_id", "\"a b\" must be 1 to 64 characters of [A-Za-z0-9._:-]"),
+            unavailable(),
+            Refusal::Internal,
+        ])
+    }
+}
+
+impl IntoResponses for Retrying {
+    fn responses() -> Responses {
+        documented([
+            malformed("#/from"),
+            not_found(),
+            Refusal::Interrupted,
+            too_large(),
+            other_type(),
+            Refusal::Invalid(Invalid::one("#/reason", "\"late\" is none that uploads are set aside for")),
             unavailable(),
             Refusal::Internal,
         ])

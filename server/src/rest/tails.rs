@@ -53,8 +53,7 @@ pub async fn get(
     caller: Caller,
     Named(Tail { tail }): Named<Tail>,
 ) -> Result<Json<TailBody>, Refusal> {
-    let ruls = answer::tail_ruls(&shared.state, caller.operator(), &tail, None).await?;
-    Ok(Json(TailBody::new(tail.into(), ruls)))
+    Ok(Json(answer::tail(&shared.state, caller.operator(), tail).await?))
 }
 
 /// The remaining useful life at every position of a tail.

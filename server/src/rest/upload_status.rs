@@ -1,12 +1,19 @@
 //! What became of uploads, and what their operator decides about them.
 
-use axum::{Json, extract::State as Extract};
+use axum::{
+    Json,
+    extract::{Request, State as Extract},
+};
 use domain::{ContentHash, FaultModel, UploadId};
-use proto::json::{HealthItem, Page, UploadState, UploadStatusBody};
+use proto::json::{self, HealthItem, Page, RetryAck, RetryBody, UploadState, UploadStatusBody};
 use serde::Deserialize;
-use store::{Retrial, UploadRecord, UploadStateKind};
+use store::{Released, Retrial, UploadRecord, UploadStateKind};
 
-use super::problems::{Action, Listing, Lookup};
+use super::{
+    Tail,
+    body::{JSON, media_type, read as read_body},
+    problems::{Action, Listing, Lookup, Retrying},
+};
 use crate::{
     State,
     answer::{fault_models, fault_names, next_cursor},
@@ -113,6 +120,36 @@ pub async fn retry(
             Err(Refusal::Contradiction(format!("upload {upload_id} is not set aside: {words}")))
         }
     }
+}
+
+/// Let all uploads of a tail that are set aside be tried again: those that were recorded from one time to another, and
+/// for one reason if it is given.
+///
+/// As after a correction of a clock or of hours that concerned many. Some hundreds are released at a time; the answer tells
+/// how many are left to ask for again.
+#[utoipa::path(
+    post, path = "/v1/tails/{tail}/uploads/retry", tag = "uploads", operation_id = "retryUploads",
+    params(("tail" = String, Path, description = "The aircraft", example = "EC-MXA")),
+    request_body = RetryBody,
+    responses((status = 200, description = "So many wait again", body = RetryAck), Retrying)
+)]
+pub async fn retry_many(
+    Extract(shared): Extract<Shared>,
+    caller: Caller,
+    Named(Tail { tail }): Named<Tail>,
+    request: Request,
+) -> Result<Json<RetryAck>, Refusal> {
+    let (parts, body) = request.into_parts();
+    media_type(&parts.headers, &[JSON], JSON)?;
+    let body: RetryBody = json::parse(&read_body(&shared, &parts.headers, body).await?)?;
+    let (recorded_at, reason) = body.into_choice()?;
+    let (operator, store) = (caller.operator(), &shared.state.store);
+    if !store.knows_tail(operator, &tail).await? {
+        return Err(Refusal::NotFound(format!("tail {tail} is not known")));
+    }
+    let act = caller.at((shared.state.clock)());
+    let Released { retried, remaining } = store.retry_uploads(operator, &tail, recorded_at, reason, act).await?;
+    Ok(Json(RetryAck { retried, remaining }))
 }
 
 async fn read(state: &State, caller: &Caller, upload_id: &UploadId) -> Result<Json<UploadStatusBody>, Refusal> {

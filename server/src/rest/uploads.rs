@@ -7,7 +7,7 @@ use axum::{
     response::{IntoResponse, Response},
 };
 use domain::{Invalid, TailNumber, Upload, json::without_mark};
-use proto::json::{self, Ingested, UploadAck, UploadBody};
+use proto::json::{self, Ingested, UploadAck, UploadBody, WarningItem};
 
 use super::{
     Tail,
@@ -61,9 +61,9 @@ pub async fn post(
         Err(refusal) => Err(refusal),
     };
     let upload_id = upload.as_ref().map(|upload| upload.upload_id.to_string()).unwrap_or_default();
-    let status = ingest(&shared, &caller, Transport::Rest, upload).await?;
+    let (status, warnings) = ingest(&shared, &caller, Transport::Rest, upload).await?;
     let code = if status == Ingested::Accepted { StatusCode::ACCEPTED } else { StatusCode::OK };
-    Ok((code, Json(UploadAck { upload_id, status })).into_response())
+    Ok((code, Json(UploadAck { upload_id, status, warnings: warnings.into_iter().map(WarningItem::from).collect() })).into_response())
 }
 
 fn parse(bytes: &[u8], tail: TailNumber) -> Result<Upload, Refusal> {

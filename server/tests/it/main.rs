@@ -5,6 +5,7 @@ mod bad_input;
 mod broken;
 mod callers;
 mod components;
+mod contradictions;
 mod corrections;
 mod due;
 mod figures;

@@ -6,7 +6,7 @@ use sqlx::{AssertSqlSafe, Connection as _, PgConnection, migrate::Migrator, post
 
 use super::{
     open::{check_server, connect_options, schema_version},
-    sql::{seal_models, seal_rows},
+    sql::{derive_again, seal_models, seal_rows},
 };
 use crate::{StoreError, schema::SCHEMA};
 
@@ -30,7 +30,8 @@ pub(crate) async fn migrate(url: &str, service_role: Option<&str>) -> Result<(),
     Ok(connection.close().await?)
 }
 
-/// Gives their checksums to the rows of a database that had none yet; from then on none is without.
+/// Gives their checksums to the rows of a database that had none yet, and makes its installations by the present rules;
+/// from then on no row is without.
 async fn seal(options: &PgConnectOptions, connection: &mut PgConnection) -> Result<(), StoreError> {
     let sealed: i64 = sqlx::query_scalar("select sealed from schema_info").fetch_one(&mut *connection).await?;
     if sealed == 1 {
@@ -43,6 +44,10 @@ async fn seal(options: &PgConnectOptions, connection: &mut PgConnection) -> Resu
             sqlx::query(ENTER).bind(&operator).execute(connection).await?;
         }
         seal_rows(&mut reader, connection).await?;
+        let Ok(operator) = operator.parse() else { continue };
+        let mut transaction = connection.begin().await?;
+        derive_again(&mut transaction, &operator).await?;
+        transaction.commit().await?;
     }
     reader.close().await?;
     sqlx::query(ENTER).bind("").execute(&mut *connection).await?;

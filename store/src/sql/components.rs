@@ -3,7 +3,7 @@
 use domain::{Component, Timestamp};
 
 use super::{
-    Connection, Engine, endings, generations,
+    Connection, Engine, contradictions, endings, generations,
     history::{self, End},
     installations, lives,
     row::{BindKey, count},
@@ -58,7 +58,7 @@ impl Engine {
             });
         }
         let installations = installations::of_component(&mut transaction, component).await?;
-        let contradictions = installations::contradictions(&mut transaction, component).await?;
+        let contradictions = contradictions::of_component(&mut transaction, component).await?;
         let enrolled_at = Timestamp::from_micros(enrolled.enrolled_at);
         Ok(Some(ComponentRecord { enrolled_at, lives, installations, contradictions }))
     }

@@ -119,13 +119,24 @@ impl Write for Retry {
         let key = UploadKey::of(&component, &upload);
         match uploads::state_of(connection, &key).await? {
             UploadState::SetAside { .. } => {
-                retried::note(connection, &key, self.since).await?;
-                send_back(connection, &component, moment(&key), self.since, now).await?;
+                try_again(connection, &component, &key, self.since, now).await?;
                 Ok(Some(Retrial::Retried))
             }
             state => Ok(Some(Retrial::NotSetAside { state })),
         }
     }
+}
+
+/// Sends an upload back, to be judged by the clock of now.
+pub(super) async fn try_again(
+    connection: &mut Connection,
+    component: &Component,
+    key: &UploadKey,
+    since: Timestamp,
+    now: Timestamp,
+) -> Result<(), StoreError> {
+    retried::note(connection, key, since).await?;
+    send_back(connection, component, moment(key), since, now).await
 }
 
 /// Uploads of a component that are sent back: by `recorded_at`, all of that time or only one of them.

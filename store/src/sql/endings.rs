@@ -44,7 +44,7 @@ impl EndingRow {
 /// Finished lives `l` of a table or join, with the event `e` that ended each. (SQLite follows the order
 /// of a cross join.)
 macro_rules! endings {
-    ($lives:literal, $condition:literal) => {
+    ($lives:literal, $($condition:tt)+) => {
         concat!(
             "select l.overhaul_index, l.generation, l.prognosis_fence, l.ended_by, l.began_by, l.began_fh, l.began_at,
                     l.checksum as life_checksum, ",
@@ -55,10 +55,34 @@ macro_rules! endings {
              left join voided_events v on v.operator = e.operator and v.event_id = e.event_id
              where l.operator = $1 and l.ended_by is not null
                and e.operator = l.operator and e.event_id = l.ended_by ",
-            $condition
+            $($condition)+
         )
     };
 }
+
+/// That an ending `e` of a life `l` has hours which the life's last upload allows: time only goes on, and no component
+/// flies longer than time passes, but for a day. Others are served, but count for no scoreboard and teach nothing.
+macro_rules! credible_end {
+    () => {
+        "and not exists (
+           select 1 from (
+             select m.flight_hours, m.recorded_at from estimates m
+             where m.operator = l.operator and m.part_number = l.part_number and m.serial_number = l.serial_number
+               and m.overhaul_index = l.overhaul_index and m.generation = l.generation
+               and not exists (
+                 select 1 from exclusions x
+                 where x.operator = m.operator and x.part_number = m.part_number and x.serial_number = m.serial_number
+                   and x.recorded_at = m.recorded_at and x.upload_id = m.upload_id
+                   and x.overhaul_index = m.overhaul_index and x.generation = m.generation)
+             order by m.flight_hours desc, m.recorded_at desc, m.upload_id desc limit 1) as newest
+           where e.flight_hours - newest.flight_hours > 24.0
+                   + case when e.occurred_at > newest.recorded_at then (e.occurred_at - newest.recorded_at) / 3.6e9 else 0.0 end
+              or newest.flight_hours - e.flight_hours > 24.0
+                   + case when e.occurred_at < newest.recorded_at then (newest.recorded_at - e.occurred_at) / 3.6e9 else 0.0 end
+         ) "
+    };
+}
+pub(super) use credible_end;
 
 /// The lives of a component that ended: by overhaul index, the hours at which each was found failed.
 pub(super) async fn of_component(
@@ -100,7 +124,7 @@ pub(super) async fn on_tails(
     readable.collect()
 }
 
-/// The finished lives of an operator that failed last, the newest failure first.
+/// The finished lives of an operator that failed last at credible hours, the newest failure first.
 pub(super) async fn newest(
     connection: &mut Connection,
     operator: &OperatorId,
@@ -108,6 +132,7 @@ pub(super) async fn newest(
 ) -> Result<Vec<Ending>, StoreError> {
     let rows: Vec<EndingRow> = sqlx::query_as(endings!(
         "lives l",
+        credible_end!(),
         "order by e.occurred_at desc, l.part_number, l.serial_number, l.overhaul_index limit $2"
     ))
     .bind(operator.as_str())
@@ -117,7 +142,7 @@ pub(super) async fn newest(
     rows.into_iter().map(EndingRow::ending).collect()
 }
 
-/// The finished lives of a part number that a bundle judges, by serial number and life.
+/// The finished lives of a part number that a bundle judges and that failed at credible hours, by serial number and life.
 pub(super) async fn judged_by(
     connection: &mut Connection,
     operator: &OperatorId,
@@ -126,6 +151,7 @@ pub(super) async fn judged_by(
 ) -> Result<Vec<Ending>, StoreError> {
     let rows: Vec<EndingRow> = sqlx::query_as(endings!(
         "lives l",
+        credible_end!(),
         "and l.part_number = $2
          and exists (
            select 1 from generations g

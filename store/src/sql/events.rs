@@ -15,13 +15,14 @@ use serde_json::Value;
 use super::{
     Connection, Engine,
     audit::Trace,
+    history::End,
     installations, lives, movements, overhauls, queue,
     row::{BindKey, Body, ComponentColumns, checksum, decode, encode, hours_column, parse},
     sealed::{self, Sealed, sealed},
-    tails, verify,
+    tails, told, verify,
     write::{Reach, Write},
 };
-use crate::{EventReceipt, EventRecord, LifeBeginning, StoreError, Verification, Voiding, periods::Place};
+use crate::{EventReceipt, EventRecord, LifeBeginning, StoreError, Verification, Voiding};
 
 const EVENTS: &str = "maintenance_events";
 pub(super) const FAILED: &str = "finding_failed";
@@ -217,8 +218,11 @@ impl Write for Record {
         let revision = revoke_lease(connection, &self.component, &self.event, now).await?;
         let new = lives::enrol(connection, &self.component, self.received_at).await?;
         self.insert(connection).await?;
-        if let Some(direction) = movements::direction(self.event.kind) {
-            movements::insert(connection, &self.component, &self.event, direction).await?;
+        if let Some(movement) = movements::of_event(&self.component.operator, &self.event) {
+            tails::enrol(connection, &self.component.operator, &self.event.tail).await?;
+            movements::insert(connection, &movement).await?;
+            let told = told::record(connection, &movement).await?;
+            installations::moved(connection, &movement, told).await?;
         }
         follow(connection, &self.component, &self.event, revision, self.received_at).await?;
         Ok(if new { EventReceipt::Enrolled } else { EventReceipt::Recorded })
@@ -279,8 +283,10 @@ impl Write for Void {
         let revision = revoke_lease(connection, &component, &event, now).await?;
         let voided = VoidedEventRow::of(&component, &self.id, self.voided_at.micros());
         sealed::insert(connection, &voided).await?;
-        if movements::direction(event.kind).is_some() {
-            movements::delete(connection, &component, &self.id).await?;
+        if let Some(movement) = movements::of_event(&self.operator, &event) {
+            movements::delete(connection, &movement).await?;
+            let told = told::forget(connection, &movement).await?;
+            installations::moved(connection, &movement, told).await?;
         }
         follow(connection, &component, &event, revision, self.voided_at).await?;
         Ok(Some(Voiding::Voided))
@@ -301,7 +307,7 @@ async fn revoke_lease(
     }
 }
 
-/// Follows an event that was recorded or voided at `at`; `revision` is its number, if it is an input.
+/// Lets lives follow an event that was recorded or voided at `at`; `revision` is its number, if it is an input.
 async fn follow(
     connection: &mut Connection,
     component: &Component,
@@ -314,11 +320,7 @@ async fn follow(
         overhauls::repartition(connection, component, &overhauls, revision, at).await?;
     }
     match event.kind {
-        EventKind::Install | EventKind::Remove => {
-            tails::enrol(connection, &component.operator, &event.tail).await?;
-            let place = Place { tail: event.tail.clone(), position: event.position.clone() };
-            installations::moved(connection, component, place).await
-        }
+        EventKind::Install | EventKind::Remove => Ok(()),
         EventKind::Overhaul | EventKind::Finding(_) => find_ends(connection, component).await,
     }
 }
@@ -345,11 +347,52 @@ pub(super) async fn tails(
     let mut tails = BTreeSet::new();
     for row in rows {
         let event = row.record()?.event;
-        if movements::direction(event.kind).is_some() {
+        if movements::of_event(operator, &event).is_some() {
             tails.insert(event.tail);
         }
     }
     Ok(tails)
+}
+
+/// The newest events of a component that count.
+pub(super) async fn newest_standing(
+    connection: &mut Connection,
+    component: &Component,
+    limit: i64,
+) -> Result<Vec<MaintenanceEvent>, StoreError> {
+    let rows: Vec<EventRow> = sqlx::query_as(events!(
+        "where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and v.event_id is null
+         order by e.occurred_at desc, e.event_id desc limit $4"
+    ))
+    .bind_component(component)
+    .bind(limit)
+    .fetch_all(connection)
+    .await?;
+    rows.into_iter().map(|row| row.record().map(|record| record.event)).collect()
+}
+
+/// The event of a component that counts and is the last one before another one in time, or the first one after it.
+pub(super) async fn neighbour(
+    connection: &mut Connection,
+    component: &Component,
+    event: &MaintenanceEvent,
+    end: End,
+) -> Result<Option<MaintenanceEvent>, StoreError> {
+    let sql = match end {
+        End::Last => events!(
+            "where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and v.event_id is null
+               and (e.occurred_at, e.event_id) < ($4, $5)
+             order by e.occurred_at desc, e.event_id desc limit 1"
+        ),
+        End::First => events!(
+            "where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and v.event_id is null
+               and (e.occurred_at, e.event_id) > ($4, $5)
+             order by e.occurred_at, e.event_id limit 1"
+        ),
+    };
+    let query = sqlx::query_as::<_, EventRow>(sql).bind_component(component);
+    let row = query.bind(event.occurred_at.micros()).bind(event.event_id.as_str()).fetch_optional(connection).await?;
+    row.map(|row| row.record().map(|record| record.event)).transpose()
 }
 
 /// The overhauls of a component that count, in their order.

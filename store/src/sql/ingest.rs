@@ -3,7 +3,7 @@
 use domain::{Component, ContentHash, OperatorId, Timestamp, Upload};
 
 use super::{
-    Connection, Engine, installations, lives, queue,
+    Connection, Engine, installations, lives, names, queue,
     row::{UploadKey, encode},
     sealed,
     uploads::{self, UploadKeyRow},
@@ -51,14 +51,15 @@ impl Write for Accept {
         }
         uploads::insert(connection, &self.component, &self.upload, &self.body, self.received_at).await?;
         let revision = queue::announce(connection, &self.component, now).await?;
-        if revision == 1 {
-            lives::enrol(connection, &self.component, self.received_at).await?;
+        let mut warnings = Vec::new();
+        if revision == 1 && lives::enrol(connection, &self.component, self.received_at).await? {
+            warnings.extend(names::component_alike(connection, &self.component).await?);
         }
         let (hours, at) = (self.upload.flight_hours, self.upload.recorded_at);
         let overhauls = lives::overhauls(connection, &self.component).await?;
         lives::touch(connection, &self.component, overhauls.life_at(hours, at), revision).await?;
-        installations::observe(connection, &self.component, &self.upload).await?;
-        Ok(Receipt::Accepted)
+        warnings.extend(installations::observe(connection, &self.component, &self.upload).await?);
+        Ok(if warnings.is_empty() { Receipt::Accepted } else { Receipt::Doubted(warnings) })
     }
 }
 

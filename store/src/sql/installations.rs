@@ -3,17 +3,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use domain::{Component, EventId, OperatorId, Position, TailNumber, Timestamp, Upload};
+use domain::{Component, OperatorId, Position, TailNumber, Timestamp, Upload, Warning};
 
 use super::{
-    Connection, Engine, movements, observed,
+    Connection, Engine, contradictions, movements, observed,
     row::{BindKey, component_of, corrupt, parse},
     sealed::{self, Sealed, sealed},
     uploads,
 };
 use crate::{
-    Contradiction, Installation, InstallationSource, StoreError,
-    periods::{By, Known, Moment, Movement, Period, Place},
+    Installation, InstallationSource, StoreError,
+    periods::{self, By, Change, Gap, Known, Moment, Movement, Period, Place, Stretch},
 };
 
 const INSTALLATIONS: &str = "installations";
@@ -89,41 +89,45 @@ impl InstallationRow {
         }
     }
 
-    fn component(&self) -> Result<Component, StoreError> {
-        component_of(INSTALLATIONS, &self.operator, &self.part_number, &self.serial_number)
-    }
-
-    /// The moment at which it ends, if it does.
-    fn end(&self) -> Result<Option<Moment>, StoreError> {
-        let end = self.to_at.zip(self.to_by.as_deref()).zip(self.to_name.clone());
-        end.map(|((at, told_by), name)| Ok(Moment { at, by: by(told_by)?, name })).transpose()
-    }
-
-    fn installation(self) -> Result<Installation, StoreError> {
-        Ok(Installation {
-            tail: parse(INSTALLATIONS, &self.tail)?,
-            position: parse(INSTALLATIONS, &self.position)?,
-            from: Timestamp::from_micros(self.from_at),
-            to: self.to_at.map(Timestamp::from_micros),
-            source: match by(&self.from_by)? {
-                By::Event => InstallationSource::Event,
-                By::Upload => InstallationSource::Uploads,
-            },
+    pub(super) fn period(self) -> Result<Period, StoreError> {
+        self.check()?;
+        let end = self.to_at.zip(self.to_by).zip(self.to_name);
+        let end = end.map(|((at, told_by), name)| Ok::<_, StoreError>(Moment { at, by: by(&told_by)?, name }));
+        Ok(Period {
+            component: component_of(INSTALLATIONS, &self.operator, &self.part_number, &self.serial_number)?,
+            place: Place { tail: parse(INSTALLATIONS, &self.tail)?, position: parse(INSTALLATIONS, &self.position)? },
+            from: Moment { at: self.from_at, by: by(&self.from_by)?, name: self.from_name },
+            to: end.transpose()?,
         })
+    }
+}
+
+/// A period as it is served.
+fn installation(Period { place, from, to, .. }: Period) -> Installation {
+    Installation {
+        tail: place.tail,
+        position: place.position,
+        from: Timestamp::from_micros(from.at),
+        to: to.map(|to| Timestamp::from_micros(to.at)),
+        source: match from.by {
+            By::Event => InstallationSource::Event,
+            By::Upload => InstallationSource::Uploads,
+        },
     }
 }
 
 /// The columns of installations, with a condition.
 macro_rules! installations {
-    ($condition:literal) => {
+    ($($condition:literal),+ $(,)?) => {
         concat!(
             "select operator, tail, position, from_at, from_by, from_name, part_number, serial_number, to_at, to_by,
                     to_name, checksum as place_checksum
              from installations where operator = $1 and ",
-            $condition
+            $($condition),+
         )
     };
 }
+pub(super) use installations;
 
 /// Where a component was installed, in the order of time.
 pub(super) async fn of_component(
@@ -135,77 +139,117 @@ pub(super) async fn of_component(
             .bind_component(component)
             .fetch_all(connection)
             .await?;
-    rows.into_iter().map(|row| row.checked()?.installation()).collect()
+    rows.into_iter().map(|row| row.period().map(installation)).collect()
 }
 
-/// The uploads of a component that events contradict, the first of each stretch.
-pub(super) async fn contradictions(
+/// The first upload of each stretch of a component that an install contradicts, with what it tells.
+pub(super) async fn contradicted(
     connection: &mut Connection,
     component: &Component,
-) -> Result<Vec<Contradiction>, StoreError> {
-    let layers = Layers::read(connection, component).await?;
-    let contradiction = |(at, place, period): (Moment, Place, Period)| {
-        Ok(Contradiction {
-            upload_id: parse(INSTALLATIONS, &at.name)?,
-            recorded_at: Timestamp::from_micros(at.at),
-            tail: place.tail,
-            position: place.position,
-            event_id: parse::<EventId>(INSTALLATIONS, &period.from.name)?,
-            part_number: period.component.part_number,
-            serial_number: period.component.serial_number,
-            told_tail: period.place.tail,
-            told_position: period.place.position,
-        })
-    };
-    layers.known().contradictions().into_iter().map(contradiction).collect()
+    observed: &[Period],
+) -> Result<Vec<(Moment, Place, Period)>, StoreError> {
+    let places: BTreeSet<&Place> = observed.iter().map(|period| &period.place).collect();
+    let mut told = BTreeSet::new();
+    for place in places {
+        told.extend(told_around(connection, component, place, &FIRST, &LAST).await?);
+    }
+    let told: Vec<Period> = told.into_iter().collect();
+    let mut sighted = BTreeMap::new();
+    for Period { from, .. } in told.iter().filter(|told| observed.iter().any(|seen| seen.contains(&told.from))) {
+        sighted.extend(first_after(connection, component, from).await?.map(|next| (from.clone(), next)));
+    }
+    Ok(periods::contradictions(observed, &told, |moment| sighted.get(moment).cloned()))
+}
+
+/// The last installation of a component that began before a time.
+pub(super) async fn last_before(
+    connection: &mut Connection,
+    component: &Component,
+    at: i64,
+) -> Result<Option<Period>, StoreError> {
+    let row: Option<InstallationRow> = sqlx::query_as(installations!(
+        "part_number = $2 and serial_number = $3 and from_at < $4
+         order by from_at desc, from_by desc, from_name desc limit 1"
+    ))
+    .bind_component(component)
+    .bind(at)
+    .fetch_optional(connection)
+    .await?;
+    row.map(InstallationRow::period).transpose()
+}
+
+/// The last installation of a component that ended without a removal since: it has no known place.
+pub(super) async fn displaced(
+    connection: &mut Connection,
+    component: &Component,
+) -> Result<Option<Period>, StoreError> {
+    let last = last_before(connection, component, i64::MAX).await?;
+    let Some((last, end)) = last.and_then(|last| last.to.clone().map(|end| (last, end))) else { return Ok(None) };
+    let removed = movements::removed_since(connection, component, end.at).await?;
+    Ok((!removed).then_some(last))
+}
+
+/// What an install ended: the installation of another component at the place, and that of its component elsewhere.
+pub(super) async fn ended_by(
+    connection: &mut Connection,
+    install: &Movement,
+) -> Result<Vec<Period>, StoreError> {
+    let Movement { at, component, place, .. } = install;
+    let of_component = sqlx::query_as(installations!(
+        "part_number = $2 and serial_number = $3 and (from_at, from_by, from_name) < ($4, $5, $6)
+         order by from_at desc, from_by desc, from_name desc limit 1"
+    ));
+    let at_place = sqlx::query_as(installations!(
+        "tail = $2 and position = $3 and (from_at, from_by, from_name) < ($4, $5, $6)
+         order by from_at desc, from_by desc, from_name desc limit 1"
+    ));
+    let at_place = at_place.bind(component.operator.as_str()).bind(place.tail.as_str()).bind(place.position.as_str());
+    let mut ended = Vec::new();
+    for query in [of_component.bind_component(component), at_place] {
+        let query = query.bind(at.at).bind(by_column(at.by)).bind(&at.name);
+        let row: Option<InstallationRow> = query.fetch_optional(&mut *connection).await?;
+        ended.extend(row.map(InstallationRow::period).transpose()?.filter(|period| period.to.as_ref() == Some(at)));
+    }
+    Ok(ended)
 }
 
 /// Takes note of where an upload saw its component. One that lies in an installation that uploads told is no
-/// news.
+/// news, and what an event told holds, whatever uploads say. What the upload contradicts is answered.
 pub(super) async fn observe(
     connection: &mut Connection,
     component: &Component,
     upload: &Upload,
-) -> Result<(), StoreError> {
-    if is_installed(connection, component, upload).await? {
-        return Ok(());
-    }
-    let mut changed = observed::observe(connection, component, upload).await?;
-    if changed.is_empty() {
-        changed.push(component.clone());
-    }
-    derive(connection, changed).await
-}
-
-/// Makes the installations of an operator anew, from all of its uploads and events that are not voided.
-pub(super) async fn remake(connection: &mut Connection, operator: &OperatorId) -> Result<(), StoreError> {
-    let mut components = observed::remake(connection, operator).await?;
-    components.extend(movements::remake(connection, operator).await?);
-    sqlx::query("delete from installations where operator = $1")
-        .bind(operator.as_str())
-        .execute(&mut *connection)
-        .await?;
-    derive(connection, components).await
-}
-
-/// Whether uploads have told that the component was where an upload saw it.
-async fn is_installed(connection: &mut Connection, component: &Component, upload: &Upload) -> Result<bool, StoreError> {
+) -> Result<Vec<Warning>, StoreError> {
     let moment = observed::moment(upload);
-    let holder: Option<InstallationRow> = sqlx::query_as(installations!(
-        "tail = $2 and position = $3 and (from_at, from_by, from_name) < ($4, $5, $6)
-         order by from_at desc, from_by desc, from_name desc limit 1"
+    let here = holding_place(connection, component, upload).await?;
+    match here.as_ref().filter(|here| here.component == *component).map(|here| here.from.by) {
+        Some(By::Upload) => Ok(Vec::new()),
+        Some(By::Event) => observed::observe(connection, component, upload).await.map(|_| Vec::new()),
+        None => {
+            let warnings = contradictions::of_upload(connection, component, upload, here.as_ref()).await?;
+            let change = observed::observe(connection, component, upload).await?;
+            settle(connection, change, &moment, &moment).await?;
+            Ok(warnings)
+        }
+    }
+}
+
+/// Where an install tells that a component is at a moment.
+pub(super) async fn told_of(
+    connection: &mut Connection,
+    component: &Component,
+    moment: &Moment,
+) -> Result<Option<Period>, StoreError> {
+    let row: Option<InstallationRow> = sqlx::query_as(installations!(
+        "part_number = $2 and serial_number = $3 and from_by = 'event' and from_at <= $4
+         order by from_at desc, from_name desc limit 1"
     ))
-    .bind(component.operator.as_str())
-    .bind(upload.tail.as_str())
-    .bind(upload.position.as_str())
+    .bind_component(component)
     .bind(moment.at)
-    .bind(by_column(moment.by))
-    .bind(&moment.name)
     .fetch_optional(connection)
     .await?;
-    let Some(holder) = holder.map(Sealed::checked).transpose()? else { return Ok(false) };
-    let lasts = holder.end()?.is_none_or(|end| end > moment);
-    Ok(lasts && by(&holder.from_by)? == By::Upload && holder.component()? == *component)
+    let told = row.map(InstallationRow::period).transpose()?;
+    Ok(told.filter(|told| told.contains(moment)))
 }
 
 /// Takes back where a voided upload saw its component.
@@ -215,73 +259,179 @@ pub(super) async fn forget(
     upload: &Upload,
 ) -> Result<(), StoreError> {
     let moment = observed::moment(upload);
-    let mut changed = observed::forget(connection, component, &moment).await?;
-    if changed.is_empty() && begins_with(connection, component, &moment).await? {
-        changed.push(component.clone());
-    }
-    derive(connection, changed).await
+    let change = observed::forget(connection, component, upload).await?;
+    settle(connection, change, &moment, &moment).await
 }
 
-/// Whether an installation begins with an upload.
-async fn begins_with(connection: &mut Connection, component: &Component, moment: &Moment) -> Result<bool, StoreError> {
-    let (begins,): (bool,) = sqlx::query_as(
-        "select exists (
-           select 1 from installations
-           where operator = $1 and part_number = $2 and serial_number = $3
-             and from_at = $4 and from_by = $5 and from_name = $6)",
-    )
+/// Follows a movement that was recorded or taken back, and changed what is told.
+pub(super) async fn moved(connection: &mut Connection, movement: &Movement, told: Change) -> Result<(), StoreError> {
+    let Change { gone, come } = told;
+    let mut whose: BTreeSet<(&Component, &Place)> = [(&movement.component, &movement.place)].into();
+    whose.extend(gone.iter().chain(&come).map(|period| (&period.component, &period.place)));
+    let ends = gone.iter().chain(&come).map(|period| period.to.as_ref());
+    let last = ends.map(|to| to.map_or(LAST, Clone::clone)).max().unwrap_or_else(|| movement.at.clone());
+    let mut seen = BTreeSet::new();
+    for (component, place) in whose {
+        seen.extend(observed::overlapping(connection, component, place, &movement.at, &last).await?);
+    }
+    let seen: Vec<Period> = seen.into_iter().collect();
+    settle(connection, Change { gone: seen.clone(), come: seen }, &movement.at, &last).await
+}
+
+/// Makes the installations of an operator anew, from all of its uploads and events that are not voided.
+pub(super) async fn remake(connection: &mut Connection, operator: &OperatorId) -> Result<(), StoreError> {
+    let movements = movements::remake(connection, operator).await?;
+    let seen = observed::remake(connection, operator).await?;
+    derive(connection, operator, &movements, seen).await
+}
+
+/// Makes the installations of an operator anew, from what is known of movements and sightings.
+pub(crate) async fn derive_again(connection: &mut Connection, operator: &OperatorId) -> Result<(), StoreError> {
+    let movements = movements::stored(connection, operator).await?;
+    let seen = observed::stored(connection, operator).await?;
+    derive(connection, operator, &movements, seen).await
+}
+
+/// Writes all installations of an operator.
+async fn derive(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    movements: &[Movement],
+    seen: Vec<Period>,
+) -> Result<(), StoreError> {
+    sqlx::query("delete from installations where operator = $1")
+        .bind(operator.as_str())
+        .execute(&mut *connection)
+        .await?;
+    apply(connection, &Change { gone: Vec::new(), come: periods::told(movements) }).await?;
+    settle(connection, Change { gone: Vec::new(), come: seen }, &FIRST, &LAST).await
+}
+
+/// Before and after everything.
+const FIRST: Moment = Moment { at: i64::MIN, by: By::Event, name: String::new() };
+const LAST: Moment = Moment { at: i64::MAX, by: By::Upload, name: String::new() };
+
+/// Lets installations follow what is known anew of moments from `first` to `last`. `change`: of the observed periods.
+async fn settle(
+    connection: &mut Connection,
+    change: Change,
+    first: &Moment,
+    last: &Moment,
+) -> Result<(), StoreError> {
+    let mut by_place: BTreeMap<(Component, Place), Change> = BTreeMap::new();
+    let place_of = |period: &Period| (period.component.clone(), period.place.clone());
+    for period in change.gone {
+        by_place.entry(place_of(&period)).or_default().gone.push(period);
+    }
+    for period in change.come {
+        by_place.entry(place_of(&period)).or_default().come.push(period);
+    }
+    let mut settled = Change::default();
+    for ((component, place), change) in by_place {
+        let gaps = gaps(connection, &component, &place, first, last).await?;
+        let stretch = Stretch::around(&gaps, first, last);
+        settled.gone.extend(remained(connection, &change.gone, &stretch).await?);
+        settled.come.extend(remaining(connection, &change.come, gaps, &stretch).await?);
+    }
+    apply(connection, &settled).await
+}
+
+/// From when until when uploads do not say that a component is at a place: all that matters around some moments.
+async fn gaps(
+    connection: &mut Connection,
+    component: &Component,
+    place: &Place,
+    first: &Moment,
+    last: &Moment,
+) -> Result<BTreeSet<Gap>, StoreError> {
+    let told = told_around(connection, component, place, first, last).await?;
+    let removals = movements::removals_around(connection, component, place, first, last).await?;
+    let removals = removals.into_iter().map(|removal| (removal.at.clone(), Some(removal.at)));
+    Ok(told.into_iter().map(|period| (period.from, period.to)).chain(removals).collect())
+}
+
+/// The told periods for which a condition holds around the times `$4` to `$5`: the last one that begins before, those that
+/// begin between them, and the first one that begins after.
+macro_rules! told_around {
+    ($whose:literal) => {
+        installations!(
+            "from_by = 'event' and ",
+            $whose,
+            " and from_at >= coalesce((
+                select max(from_at) from installations where operator = $1 and from_by = 'event' and ",
+            $whose,
+            " and from_at < $4), $4)
+              and from_at <= coalesce((
+                select min(from_at) from installations where operator = $1 and from_by = 'event' and ",
+            $whose,
+            " and from_at > $5), $5)"
+        )
+    };
+}
+
+/// The told periods of a component, and of a place, around some moments.
+async fn told_around(
+    connection: &mut Connection,
+    component: &Component,
+    place: &Place,
+    first: &Moment,
+    last: &Moment,
+) -> Result<BTreeSet<Period>, StoreError> {
+    let of_component = sqlx::query_as(told_around!("part_number = $2 and serial_number = $3"));
+    let of_component = of_component.bind_component(component);
+    let at_place = sqlx::query_as(told_around!("tail = $2 and position = $3"));
+    let at_place = at_place.bind(component.operator.as_str()).bind(place.tail.as_str()).bind(place.position.as_str());
+    let mut rows: Vec<InstallationRow> = Vec::new();
+    for query in [of_component, at_place] {
+        rows.extend(query.bind(first.at).bind(last.at).fetch_all(&mut *connection).await?);
+    }
+    rows.into_iter().map(InstallationRow::period).collect()
+}
+
+/// The installations that began in a stretch and were made of observed periods of one component and place.
+async fn remained(
+    connection: &mut Connection,
+    observed: &[Period],
+    stretch: &Stretch,
+) -> Result<Vec<Period>, StoreError> {
+    let Some(begin) = observed.iter().map(|period| &period.from).min() else { return Ok(Vec::new()) };
+    let end = observed.iter().map(|period| period.to.as_ref().map_or(i64::MAX, |to| to.at)).max();
+    let from = stretch.from.as_ref().map_or(begin.at, |from| from.at.max(begin.at));
+    let to = stretch.to.as_ref().map_or(end, |to| end.min(Some(to.at)));
+    let (component, place) = (&observed[0].component, &observed[0].place);
+    let rows: Vec<InstallationRow> = sqlx::query_as(installations!(
+        "part_number = $2 and serial_number = $3 and tail = $4 and position = $5
+         and from_by = 'upload' and from_at >= $6 and from_at <= $7"
+    ))
     .bind_component(component)
-    .bind(moment.at)
-    .bind(by_column(moment.by))
-    .bind(&moment.name)
-    .fetch_one(connection)
+    .bind(place.tail.as_str())
+    .bind(place.position.as_str())
+    .bind(from)
+    .bind(to)
+    .fetch_all(connection)
     .await?;
-    Ok(begins)
+    let periods = rows.into_iter().map(InstallationRow::period).collect::<Result<Vec<_>, _>>()?;
+    let of_them = |period: &Period| observed.iter().any(|observed| observed.contains(&period.from));
+    Ok(periods.into_iter().filter(|period| stretch.contains(&period.from) && of_them(period)).collect())
 }
 
-/// Follows a movement of a component into or out of a place, recorded or voided.
-pub(super) async fn moved(connection: &mut Connection, component: &Component, place: Place) -> Result<(), StoreError> {
-    let mut places: BTreeSet<Place> = [place].into();
-    places.extend(movements::of_component(connection, component).await?.into_iter().map(|movement| movement.place));
-    let mut touched: BTreeSet<Component> = [component.clone()].into();
-    for place in &places {
-        touched.extend(observed::components_at(connection, &component.operator, place).await?);
-        let those = movements::of_those_at(connection, &component.operator, place).await?;
-        touched.extend(those.into_iter().map(|movement| movement.component));
-    }
-    derive(connection, touched).await
-}
-
-/// Both layers, as far as they say where one component was.
-struct Layers {
-    observed: Vec<Period>,
-    movements: Vec<Movement>,
-    /// The first upload of the component after moments of movements inside observed periods.
-    sighted: BTreeMap<Moment, Moment>,
-}
-
-impl Layers {
-    async fn read(connection: &mut Connection, component: &Component) -> Result<Self, StoreError> {
-        let observed = observed::of_component(connection, component).await?;
-        let mut movements = movements::of_component(connection, component).await?;
-        let moved = movements.iter().map(|movement| movement.place.clone());
-        let places: BTreeSet<Place> = observed.iter().map(|period| period.place.clone()).chain(moved).collect();
-        for place in &places {
-            movements.extend(movements::of_those_at(connection, &component.operator, place).await?);
+/// The installations that begin in a stretch, of observed periods of one component and place.
+async fn remaining(
+    connection: &mut Connection,
+    observed: &[Period],
+    mut gaps: BTreeSet<Gap>,
+    stretch: &Stretch,
+) -> Result<Vec<Period>, StoreError> {
+    gaps.retain(|gap| stretch.concerns(gap));
+    let mut sighted = BTreeMap::new();
+    for end in gaps.iter().filter_map(|(_, to)| to.as_ref()) {
+        if let Some(within) = observed.iter().find(|period| period.contains(end)) {
+            sighted.extend(first_after(connection, &within.component, end).await?.map(|next| (end.clone(), next)));
         }
-        let mut sighted = BTreeMap::new();
-        for Movement { at, .. } in &movements {
-            if observed.iter().any(|period| period.contains(at)) {
-                sighted.extend(first_after(connection, component, at).await?.map(|next| (at.clone(), next)));
-            }
-        }
-        Ok(Self { observed, movements: movements.into_iter().collect(), sighted })
     }
-
-    fn known(&self) -> Known<'_, impl Fn(&Moment) -> Option<Moment>> {
-        let sighted_after = |moment: &Moment| self.sighted.get(moment).cloned();
-        Known { observed: &self.observed, movements: &self.movements, sighted_after }
-    }
+    let known = Known { gaps, sighted_after: |end: &Moment| sighted.get(end).cloned() };
+    let remains = observed.iter().flat_map(|period| known.remains(period));
+    Ok(remains.filter(|period| stretch.contains(&period.from)).collect())
 }
 
 /// A component's first upload after an event. (No upload has an empty name, and at the same time events come first.)
@@ -294,20 +444,55 @@ async fn first_after(
     Ok(next.map(|(at, upload_id)| observed::seen_at(at, upload_id)))
 }
 
-/// Writes the installations of components anew, from both layers.
-async fn derive(
-    connection: &mut Connection,
-    components: impl IntoIterator<Item = Component>,
-) -> Result<(), StoreError> {
-    for component in components.into_iter().collect::<BTreeSet<_>>() {
-        let layers = Layers::read(connection, &component).await?;
-        sqlx::query("delete from installations where operator = $1 and part_number = $2 and serial_number = $3")
-            .bind_component(&component)
-            .execute(&mut *connection)
-            .await?;
-        for period in layers.known().installations(&component) {
-            sealed::insert(connection, &InstallationRow::of(&period)).await?;
-        }
+/// Writes what differs.
+pub(super) async fn apply(connection: &mut Connection, change: &Change) -> Result<(), StoreError> {
+    let gone: BTreeSet<&Period> = change.gone.iter().collect();
+    let come: BTreeSet<&Period> = change.come.iter().collect();
+    for period in gone.difference(&come) {
+        delete(connection, period).await?;
     }
+    for period in come.difference(&gone) {
+        sealed::insert(connection, &InstallationRow::of(period)).await?;
+    }
+    Ok(())
+}
+
+/// The installation that holds the place of an upload when it was recorded.
+async fn holding_place(
+    connection: &mut Connection,
+    component: &Component,
+    upload: &Upload,
+) -> Result<Option<Period>, StoreError> {
+    let moment = observed::moment(upload);
+    let row: Option<InstallationRow> = sqlx::query_as(installations!(
+        "tail = $2 and position = $3 and (from_at, from_by, from_name) < ($4, $5, $6)
+         order by from_at desc, from_by desc, from_name desc limit 1"
+    ))
+    .bind(component.operator.as_str())
+    .bind(upload.tail.as_str())
+    .bind(upload.position.as_str())
+    .bind(moment.at)
+    .bind(by_column(moment.by))
+    .bind(&moment.name)
+    .fetch_optional(connection)
+    .await?;
+    let period = row.map(InstallationRow::period).transpose()?;
+    Ok(period.filter(|period| period.lasts_beyond(&moment)))
+}
+
+async fn delete(connection: &mut Connection, period: &Period) -> Result<(), StoreError> {
+    let Period { component, place, from, .. } = period;
+    sqlx::query(
+        "delete from installations
+         where operator = $1 and tail = $2 and position = $3 and from_at = $4 and from_by = $5 and from_name = $6",
+    )
+    .bind(component.operator.as_str())
+    .bind(place.tail.as_str())
+    .bind(place.position.as_str())
+    .bind(from.at)
+    .bind(by_column(from.by))
+    .bind(&from.name)
+    .execute(connection)
+    .await?;
     Ok(())
 }

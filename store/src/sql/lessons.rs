@@ -5,7 +5,9 @@ use std::time::Duration;
 use domain::{ContentHash, OperatorId, PartNumber, Timestamp};
 
 use super::{
-    Connection, Engine, operators, queue,
+    Connection, Engine,
+    endings::credible_end,
+    operators, queue,
     row::{count, hash, parse},
     write::{Reach, Write},
 };
@@ -38,11 +40,14 @@ async fn unclaimed(
     operator: &OperatorId,
     now: Timestamp,
 ) -> Result<Vec<Lesson>, StoreError> {
-    let rows: Vec<LessonRow> = sqlx::query_as(
+    let rows: Vec<LessonRow> = sqlx::query_as(concat!(
         "select f.part_number, f.model, f.lives from (
            select l.operator, l.part_number, g.model, count(*) as lives
-           from lives l cross join generations g cross join bundles b
+           from lives l cross join maintenance_events e cross join generations g cross join bundles b
            where l.operator = $1 and l.ended_by is not null
+             and e.operator = l.operator and e.event_id = l.ended_by ",
+        credible_end!(),
+        "
              and g.operator = l.operator and g.part_number = l.part_number and g.serial_number = l.serial_number
              and g.overhaul_index = l.overhaul_index and g.number = l.generation
              and b.hash = g.model and b.active = 1
@@ -57,7 +62,7 @@ async fn unclaimed(
              where c.operator = f.operator and c.part_number = f.part_number and c.model = f.model
                and c.claimed_until > $5)
          order by f.part_number",
-    )
+    ))
     .bind(operator.as_str())
     .bind(i64::from(Lesson::MIN_LIVES))
     .bind(i64::from(Lesson::GROWTH.0))

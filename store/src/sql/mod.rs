@@ -9,6 +9,7 @@ mod aside;
 mod audit;
 mod checkpoints;
 mod components;
+mod contradictions;
 mod correct;
 mod derivation;
 mod digest;
@@ -26,6 +27,7 @@ mod lessons;
 mod lives;
 mod models;
 mod movements;
+mod names;
 mod observed;
 mod operators;
 mod overhauls;
@@ -37,12 +39,14 @@ mod rebuild;
 mod relations;
 mod results;
 mod retried;
+mod retry;
 mod row;
 mod sealed;
 mod sealing;
 mod sensor_configurations;
 mod served;
 mod tails;
+mod told;
 mod tokens;
 mod uploads;
 mod utilisation;
@@ -51,6 +55,7 @@ mod write;
 
 use super::{Arguments, Connection, Database, Engine};
 
+pub(crate) use installations::derive_again;
 pub(crate) use job::{Job, waiting};
 #[allow(unused_imports, reason = "SQLite has no walls")]
 pub(crate) use operators::{enrol as enrol_operator, names as operators};

@@ -1,8 +1,6 @@
 //! Installs and removals that are not voided, by place: the part of the events from which installations follow.
 
-use std::collections::BTreeSet;
-
-use domain::{Component, EventId, EventKind, MaintenanceEvent, OperatorId};
+use domain::{Component, EventKind, MaintenanceEvent, OperatorId};
 
 use super::{
     Connection, events,
@@ -16,23 +14,27 @@ use crate::{
 
 const MOVEMENTS: &str = "movements";
 
-/// Which way an event moves its component, if it does.
-pub(super) fn direction(kind: EventKind) -> Option<Direction> {
-    match kind {
-        EventKind::Install => Some(Direction::In),
-        EventKind::Remove => Some(Direction::Out),
-        EventKind::Overhaul | EventKind::Finding(_) => None,
-    }
+/// How an event moves its component, if it does.
+pub(super) fn of_event(operator: &OperatorId, event: &MaintenanceEvent) -> Option<Movement> {
+    let direction = match event.kind {
+        EventKind::Install => Direction::In,
+        EventKind::Remove => Direction::Out,
+        EventKind::Overhaul | EventKind::Finding(_) => return None,
+    };
+    let at = Moment { at: event.occurred_at.micros(), by: By::Event, name: event.event_id.to_string() };
+    let place = Place { tail: event.tail.clone(), position: event.position.clone() };
+    Some(Movement { at, component: event.component(operator), place, direction })
 }
 
-/// The columns of movements `m`, with a condition.
-macro_rules! movements {
-    ($condition:literal) => {
+/// Movements `m`, by a condition and what follows it.
+macro_rules! movements_where {
+    ($condition:literal, $rest:literal) => {
         concat!(
             "select m.operator, m.part_number, m.serial_number, m.tail, m.position, m.occurred_at, m.event_id, m.inward,
                     m.checksum as movement_checksum
              from movements m where m.operator = $1 and ",
-            $condition
+            $condition,
+            $rest
         )
     };
 }
@@ -47,16 +49,16 @@ sealed! {
 }
 
 impl MovementRow {
-    fn of(component: &Component, event: &MaintenanceEvent, direction: Direction) -> Self {
+    fn of(Movement { at, component, place, direction }: &Movement) -> Self {
         Self {
             operator: component.operator.to_string(),
             part_number: component.part_number.to_string(),
             serial_number: component.serial_number.to_string(),
-            occurred_at: event.occurred_at.micros(),
-            event_id: event.event_id.to_string(),
-            tail: event.tail.to_string(),
-            position: event.position.to_string(),
-            inward: i64::from(direction == Direction::In),
+            occurred_at: at.at,
+            event_id: at.name.clone(),
+            tail: place.tail.to_string(),
+            position: place.position.to_string(),
+            inward: inward(*direction),
             checksum: None,
         }
     }
@@ -82,88 +84,201 @@ impl MovementRow {
 }
 
 /// Takes note of a movement.
-pub(super) async fn insert(
-    connection: &mut Connection,
-    component: &Component,
-    event: &MaintenanceEvent,
-    direction: Direction,
-) -> Result<(), StoreError> {
-    sealed::insert(connection, &MovementRow::of(component, event, direction)).await
+pub(super) async fn insert(connection: &mut Connection, movement: &Movement) -> Result<(), StoreError> {
+    sealed::insert(connection, &MovementRow::of(movement)).await
+}
+
+/// As the column holds it, in the order of [`Direction`].
+fn inward(direction: Direction) -> i64 {
+    match direction {
+        Direction::Out => 0,
+        Direction::In => 1,
+    }
 }
 
 /// Forgets a movement.
-pub(super) async fn delete(connection: &mut Connection, component: &Component, id: &EventId) -> Result<(), StoreError> {
+pub(super) async fn delete(connection: &mut Connection, movement: &Movement) -> Result<(), StoreError> {
     sqlx::query(
-        "delete from movements where operator = $1 and part_number = $2 and serial_number = $3 and event_id = $4",
+        "delete from movements where operator = $1 and part_number = $2 and serial_number = $3
+         and occurred_at = $4 and event_id = $5",
     )
-    .bind_component(component)
-    .bind(id.as_str())
+    .bind_component(&movement.component)
+    .bind(movement.at.at)
+    .bind(&movement.at.name)
     .execute(connection)
     .await?;
     Ok(())
 }
 
-/// Makes the movements of an operator anew, from all of its events that are not voided; whose they are.
-pub(super) async fn remake(
-    connection: &mut Connection,
-    operator: &OperatorId,
-) -> Result<BTreeSet<Component>, StoreError> {
+/// Makes the movements of an operator anew, from all of its events that are not voided.
+pub(super) async fn remake(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Movement>, StoreError> {
     sqlx::query("delete from movements where operator = $1").bind(operator.as_str()).execute(&mut *connection).await?;
-    let mut components = BTreeSet::new();
+    let mut movements = Vec::new();
     for event in events::of_operator(connection, operator).await? {
-        if let Some(direction) = direction(event.kind) {
-            let component = event.component(operator);
-            insert(connection, &component, &event, direction).await?;
-            components.insert(component);
+        if let Some(movement) = of_event(operator, &event) {
+            insert(connection, &movement).await?;
+            movements.push(movement);
         }
     }
-    Ok(components)
+    Ok(movements)
 }
 
 /// The movements of an operator by their definition, from all of its events that are not voided.
 pub(super) async fn defined(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Movement>, StoreError> {
     let events = events::of_operator(connection, operator).await?.into_iter();
-    let movement = |event: MaintenanceEvent| {
-        let direction = direction(event.kind)?;
-        Some(MovementRow::of(&event.component(operator), &event, direction).unchecked())
-    };
-    events.filter_map(movement).collect()
+    let movements = events.filter_map(|event| of_event(operator, &event));
+    movements.map(|movement| MovementRow::of(&movement).unchecked()).collect()
 }
 
 /// The movements of an operator as they are stored.
-pub(super) async fn stored(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Movement>, StoreError> {
-    let rows: Vec<MovementRow> =
-        sqlx::query_as(movements!("true")).bind(operator.as_str()).fetch_all(connection).await?;
-    rows.into_iter().map(MovementRow::movement).collect()
-}
-
-/// All movements of a component.
-pub(super) async fn of_component(
-    connection: &mut Connection,
-    component: &Component,
-) -> Result<BTreeSet<Movement>, StoreError> {
-    let rows: Vec<MovementRow> = sqlx::query_as(movements!("m.part_number = $2 and m.serial_number = $3"))
-        .bind_component(component)
-        .fetch_all(connection)
-        .await?;
-    rows.into_iter().map(MovementRow::movement).collect()
-}
-
-/// All movements of the components that were ever installed at a place.
-pub(super) async fn of_those_at(
+pub(super) async fn stored(
     connection: &mut Connection,
     operator: &OperatorId,
+) -> Result<Vec<Movement>, StoreError> {
+    let sql = movements_where!("true", " order by m.part_number, m.serial_number, m.occurred_at, m.event_id");
+    let rows: Vec<MovementRow> = sqlx::query_as(sql).bind(operator.as_str()).fetch_all(connection).await?;
+    rows.into_iter().map(MovementRow::movement).collect()
+}
+
+/// The first movement of those for which a condition holds after another one, in the order of [`Movement`]. (The time
+/// alone lets an index find it.)
+macro_rules! next {
+    ($condition:literal) => {
+        movements_where!(
+            $condition,
+            " and m.occurred_at >= $6 and (m.occurred_at, m.inward, m.event_id) > ($6, $7, $8)
+              order by m.occurred_at, m.inward, m.event_id limit 1"
+        )
+    };
+}
+
+/// The first movement after another one by which a component leaves a place, or is installed at another one.
+pub(super) async fn next_leaving(
+    connection: &mut Connection,
+    component: &Component,
     place: &Place,
-) -> Result<BTreeSet<Movement>, StoreError> {
-    let rows: Vec<MovementRow> = sqlx::query_as(movements!(
-        "(m.part_number, m.serial_number) in (
-           select i.part_number, i.serial_number from movements i
-           where i.operator = $1 and i.tail = $2 and i.position = $3 and i.inward = 1)"
+    after: &Movement,
+) -> Result<Option<Movement>, StoreError> {
+    let sql = next!(
+        "m.part_number = $2 and m.serial_number = $3
+         and (case when m.tail = $4 and m.position = $5 then m.inward = 0 else m.inward = 1 end)"
+    );
+    next(connection, sql, component, place, after).await
+}
+
+/// The first install after another movement of another component at a place.
+pub(super) async fn next_taking(
+    connection: &mut Connection,
+    component: &Component,
+    place: &Place,
+    after: &Movement,
+) -> Result<Option<Movement>, StoreError> {
+    let sql = next!(
+        "m.tail = $4 and m.position = $5 and m.inward = 1 and not (m.part_number = $2 and m.serial_number = $3)"
+    );
+    next(connection, sql, component, place, after).await
+}
+
+/// The first install of a component at a place after another movement.
+pub(super) async fn next_install(
+    connection: &mut Connection,
+    component: &Component,
+    place: &Place,
+    after: &Movement,
+) -> Result<Option<Movement>, StoreError> {
+    let sql = next!(
+        "m.part_number = $2 and m.serial_number = $3 and m.tail = $4 and m.position = $5 and m.inward = 1"
+    );
+    next(connection, sql, component, place, after).await
+}
+
+async fn next(
+    connection: &mut Connection,
+    sql: &'static str,
+    component: &Component,
+    place: &Place,
+    after: &Movement,
+) -> Result<Option<Movement>, StoreError> {
+    let row: Option<MovementRow> = sqlx::query_as(sql)
+        .bind_component(component)
+        .bind(place.tail.as_str())
+        .bind(place.position.as_str())
+        .bind(after.at.at)
+        .bind(inward(after.direction))
+        .bind(&after.at.name)
+        .fetch_optional(connection)
+        .await?;
+    row.map(MovementRow::movement).transpose()
+}
+
+/// The removals of a component from a place that bound some moments: the last one before them, those among them, and
+/// the first one after them.
+pub(super) async fn removals_around(
+    connection: &mut Connection,
+    component: &Component,
+    place: &Place,
+    first: &Moment,
+    last: &Moment,
+) -> Result<Vec<Movement>, StoreError> {
+    let rows: Vec<MovementRow> = sqlx::query_as(movements_where!(
+        "m.part_number = $2 and m.serial_number = $3 and m.tail = $4 and m.position = $5 and m.inward = 0",
+        " and m.occurred_at >= coalesce((
+            select max(b.occurred_at) from movements b
+            where b.operator = $1 and b.part_number = $2 and b.serial_number = $3 and b.tail = $4 and b.position = $5
+              and b.inward = 0 and b.occurred_at < $6), $6)
+          and m.occurred_at <= coalesce((
+            select min(a.occurred_at) from movements a
+            where a.operator = $1 and a.part_number = $2 and a.serial_number = $3 and a.tail = $4 and a.position = $5
+              and a.inward = 0 and a.occurred_at > $7), $7)"
     ))
-    .bind(operator.as_str())
+    .bind_component(component)
     .bind(place.tail.as_str())
     .bind(place.position.as_str())
+    .bind(first.at)
+    .bind(last.at)
     .fetch_all(connection)
     .await?;
     rows.into_iter().map(MovementRow::movement).collect()
+}
+
+/// Whether a component was removed from a place between two times, both of which are included.
+pub(super) async fn left(
+    connection: &mut Connection,
+    component: &Component,
+    place: &Place,
+    first: i64,
+    last: i64,
+) -> Result<bool, StoreError> {
+    let (left,): (bool,) = sqlx::query_as(
+        "select exists (
+           select 1 from movements
+           where operator = $1 and part_number = $2 and serial_number = $3 and tail = $4 and position = $5
+             and inward = 0 and occurred_at >= $6 and occurred_at <= $7)",
+    )
+    .bind_component(component)
+    .bind(place.tail.as_str())
+    .bind(place.position.as_str())
+    .bind(first)
+    .bind(last)
+    .fetch_one(connection)
+    .await?;
+    Ok(left)
+}
+
+/// Whether a component was removed from anywhere at a time or after it.
+pub(super) async fn removed_since(
+    connection: &mut Connection,
+    component: &Component,
+    first: i64,
+) -> Result<bool, StoreError> {
+    let (removed,): (bool,) = sqlx::query_as(
+        "select exists (
+           select 1 from movements
+           where operator = $1 and part_number = $2 and serial_number = $3 and inward = 0 and occurred_at >= $4)",
+    )
+    .bind_component(component)
+    .bind(first)
+    .fetch_one(connection)
+    .await?;
+    Ok(removed)
 }

@@ -19,13 +19,13 @@ use domain::{Component, OperatorId, TailNumber, Upload};
 
 use super::{
     Connection,
-    row::{BindKey, ComponentColumns, component_of, parse},
+    row::{BindKey, component_of, parse},
     sealed::{self, Sealed, sealed},
     tails, uploads,
 };
 use crate::{
     StoreError,
-    periods::{By, Moment, Period, Place},
+    periods::{By, Change, Moment, Period, Place},
 };
 
 const OBSERVED: &str = "observed_installations";
@@ -55,22 +55,40 @@ pub(super) async fn of_component(
     rows.into_iter().map(PeriodRow::period).collect()
 }
 
-/// Every component that was ever seen at a place.
-pub(super) async fn components_at(
+/// What was seen of a component, and at a place, between two times: by a condition that names them as `$2` and `$3`.
+/// (The last period that begins before the first time may last beyond it.)
+macro_rules! between {
+    ($whose:literal) => {
+        concat!(
+            "select operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload,
+                    checksum as period_checksum
+             from observed_installations
+             where operator = $1 and ",
+            $whose,
+            " and from_at <= $5 and from_at >= coalesce((
+                select max(from_at) from observed_installations where operator = $1 and ",
+            $whose,
+            " and from_at < $4), $4)"
+        )
+    };
+}
+
+/// The periods of a component and those of a place that overlap some moments.
+pub(super) async fn overlapping(
     connection: &mut Connection,
-    operator: &OperatorId,
+    component: &Component,
     place: &Place,
-) -> Result<Vec<Component>, StoreError> {
-    let rows: Vec<ComponentColumns> = sqlx::query_as(
-        "select distinct operator, part_number, serial_number from observed_installations
-         where operator = $1 and tail = $2 and position = $3",
-    )
-    .bind(operator.as_str())
-    .bind(place.tail.as_str())
-    .bind(place.position.as_str())
-    .fetch_all(connection)
-    .await?;
-    rows.iter().map(|row| row.component(OBSERVED)).collect()
+    first: &Moment,
+    last: &Moment,
+) -> Result<BTreeSet<Period>, StoreError> {
+    let of_component = sqlx::query_as(between!("part_number = $2 and serial_number = $3")).bind_component(component);
+    let at_place = sqlx::query_as(between!("tail = $2 and position = $3"));
+    let at_place = at_place.bind(component.operator.as_str()).bind(place.tail.as_str()).bind(place.position.as_str());
+    let mut rows: Vec<PeriodRow> = Vec::new();
+    for query in [of_component, at_place] {
+        rows.extend(query.bind(first.at).bind(last.at).fetch_all(&mut *connection).await?);
+    }
+    rows.into_iter().map(PeriodRow::period).collect()
 }
 
 /// The moment of an upload.
@@ -119,53 +137,43 @@ impl PeriodRow {
     }
 }
 
-/// Takes note of where an upload saw its component; tells whose periods changed.
+/// Takes note of where an upload saw its component.
 pub(super) async fn observe(
     connection: &mut Connection,
     component: &Component,
     upload: &Upload,
-) -> Result<Vec<Component>, StoreError> {
+) -> Result<Change, StoreError> {
     let place = Place { tail: upload.tail.clone(), position: upload.position.clone() };
     let mut seen = Period { component: component.clone(), place, from: moment(upload), to: None };
-    let mut changed = vec![component.clone()];
+    let mut change = Change::default();
     if let Some(holder) = holding_place(connection, &seen).await? {
         if holder.component == seen.component {
-            return Ok(Vec::new());
+            return Ok(Change::within(holder));
         }
-        split(connection, &holder, &seen.from).await?;
-        changed.push(holder.component);
+        split(connection, holder, &seen.from, &mut change).await?;
     }
     if let Some(elsewhere) = holding_component(connection, &seen).await? {
-        split(connection, &elsewhere, &seen.from).await?;
+        split(connection, elsewhere, &seen.from, &mut change).await?;
     }
     seen.to = next_contradiction(connection, &seen).await?;
-    swallow_continuation(connection, &seen).await?;
+    change.gone.extend(swallow_continuation(connection, &seen).await?);
     insert(connection, &seen).await?;
     tails::enrol(connection, &component.operator, &seen.place.tail).await?;
-    Ok(changed)
+    change.come.push(seen);
+    Ok(change)
 }
 
-/// Makes the periods of an operator anew, from all of its uploads that are not voided; whose they are.
-pub(super) async fn remake(
-    connection: &mut Connection,
-    operator: &OperatorId,
-) -> Result<BTreeSet<Component>, StoreError> {
-    let mut periods = Periods::default();
-    uploads::each_in_time(connection, operator, |component, upload| {
-        let place = Place { tail: upload.tail.clone(), position: upload.position.clone() };
-        periods.see(Period { component, place, from: moment(&upload), to: None });
-    })
-    .await?;
+/// Makes the periods of an operator anew, from all of its uploads that are not voided.
+pub(super) async fn remake(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Period>, StoreError> {
+    let made = defined(connection, operator).await?;
     sqlx::query("delete from observed_installations where operator = $1")
         .bind(operator.as_str())
         .execute(&mut *connection)
         .await?;
-    let mut components = BTreeSet::new();
-    for period in periods.ended.iter().chain(periods.open.values()) {
+    for period in &made {
         insert(connection, period).await?;
-        components.insert(period.component.clone());
     }
-    Ok(components)
+    Ok(made)
 }
 
 /// The periods of an operator by their definition, from all of its uploads that are not voided.
@@ -211,6 +219,16 @@ impl Periods {
 
 /// The period that holds the place at the moment at which `seen` begins.
 async fn holding_place(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
+    Ok(last_at_place(connection, seen).await?.filter(|period| period.lasts_beyond(&seen.from)))
+}
+
+/// The period that holds the component at the moment at which `seen` begins.
+async fn holding_component(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
+    Ok(last_of_component(connection, seen).await?.filter(|period| period.lasts_beyond(&seen.from)))
+}
+
+/// The last period of the place that begins before `seen`.
+async fn last_at_place(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
     let row: Option<PeriodRow> = sqlx::query_as(periods!(
         "tail = $2 and position = $3 and (from_at, from_upload) < ($4, $5)
              order by from_at desc, from_upload desc limit 1"
@@ -222,12 +240,11 @@ async fn holding_place(connection: &mut Connection, seen: &Period) -> Result<Opt
     .bind(&seen.from.name)
     .fetch_optional(connection)
     .await?;
-    let period = row.map(PeriodRow::period).transpose()?;
-    Ok(period.filter(|period| period.lasts_beyond(&seen.from)))
+    row.map(PeriodRow::period).transpose()
 }
 
-/// The period that holds the component at the moment at which `seen` begins.
-async fn holding_component(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
+/// The last period of the component that begins before `seen`.
+pub(super) async fn last_of_component(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
     let row: Option<PeriodRow> = sqlx::query_as(periods!(
         "part_number = $2 and serial_number = $3 and (from_at, from_upload) < ($4, $5)
              order by from_at desc, from_upload desc limit 1"
@@ -237,43 +254,58 @@ async fn holding_component(connection: &mut Connection, seen: &Period) -> Result
     .bind(&seen.from.name)
     .fetch_optional(connection)
     .await?;
-    let period = row.map(PeriodRow::period).transpose()?;
-    Ok(period.filter(|period| period.lasts_beyond(&seen.from)))
+    row.map(PeriodRow::period).transpose()
 }
 
 /// Ends a period at a contradiction; it goes on with its component's next upload within it, if any.
-async fn split(connection: &mut Connection, period: &Period, at: &Moment) -> Result<(), StoreError> {
-    set_end(connection, period, Some(at)).await?;
-    go_on(connection, period, at).await
+async fn split(
+    connection: &mut Connection,
+    period: Period,
+    at: &Moment,
+    change: &mut Change,
+) -> Result<(), StoreError> {
+    set_end(connection, &period, Some(at)).await?;
+    change.come.push(Period { to: Some(at.clone()), ..period.clone() });
+    change.come.extend(go_on(connection, &period, at).await?);
+    change.gone.push(period);
+    Ok(())
 }
 
 /// Lets a period go on with its component's next upload after a moment within it, if there is one.
-async fn go_on(connection: &mut Connection, period: &Period, after: &Moment) -> Result<(), StoreError> {
+async fn go_on(connection: &mut Connection, period: &Period, after: &Moment) -> Result<Option<Period>, StoreError> {
     let to = period.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.name.as_str()));
     let after = (after.at, after.name.as_str());
-    match uploads::next_seen(connection, &period.component, after, to).await? {
-        None => Ok(()),
-        Some((at, upload_id)) => insert(connection, &Period { from: seen_at(at, upload_id), ..period.clone() }).await,
-    }
+    let next = uploads::next_seen(connection, &period.component, after, to).await?;
+    let Some((at, upload_id)) = next else { return Ok(None) };
+    let going_on = Period { from: seen_at(at, upload_id), ..period.clone() };
+    insert(connection, &going_on).await?;
+    Ok(Some(going_on))
 }
 
-/// Takes back where a voided upload saw its component; tells whose periods changed.
+/// Takes back where a voided upload saw its component.
 pub(super) async fn forget(
     connection: &mut Connection,
     component: &Component,
-    moment: &Moment,
-) -> Result<Vec<Component>, StoreError> {
-    let Some(begun) = take_begun_with(connection, component, moment).await? else { return Ok(Vec::new()) };
-    go_on(connection, &begun, moment).await?;
-    let mut changed = vec![component.clone()];
+    upload: &Upload,
+) -> Result<Change, StoreError> {
+    let moment = moment(upload);
+    let Some(begun) = take_begun_with(connection, component, &moment).await? else {
+        let place = Place { tail: upload.tail.clone(), position: upload.position.clone() };
+        let seen = Period { component: component.clone(), place, from: moment, to: None };
+        return Ok(holding_place(connection, &seen).await?.map_or_else(Change::default, Change::within));
+    };
+    let mut change = Change::default();
+    change.come.extend(go_on(connection, &begun, &moment).await?);
     for ended in ended_by(connection, &begun).await? {
         let mut resumed = Period { from: moment.clone(), ..ended.clone() };
         resumed.to = next_contradiction(connection, &resumed).await?;
-        swallow_continuation(connection, &resumed).await?;
+        change.gone.extend(swallow_continuation(connection, &resumed).await?);
         set_end(connection, &ended, resumed.to.as_ref()).await?;
-        changed.push(ended.component);
+        change.come.push(Period { from: ended.from.clone(), ..resumed });
+        change.gone.push(ended);
     }
-    Ok(changed)
+    change.gone.push(begun);
+    Ok(change)
 }
 
 /// Removes the component's period that begins at a moment, if there is one.
@@ -298,18 +330,10 @@ async fn take_begun_with(
 
 /// The periods that ended where `begun` began: of its place, and of its component elsewhere.
 async fn ended_by(connection: &mut Connection, begun: &Period) -> Result<Vec<Period>, StoreError> {
-    let rows: Vec<PeriodRow> = sqlx::query_as(periods!(
-        "to_at = $6 and to_upload = $7
-             and ((part_number = $2 and serial_number = $3) or (tail = $4 and position = $5))"
-    ))
-    .bind_component(&begun.component)
-    .bind(begun.place.tail.as_str())
-    .bind(begun.place.position.as_str())
-    .bind(begun.from.at)
-    .bind(&begun.from.name)
-    .fetch_all(connection)
-    .await?;
-    rows.into_iter().map(PeriodRow::period).collect()
+    let at_place = last_at_place(connection, begun).await?;
+    let of_component = last_of_component(connection, begun).await?;
+    let ended = at_place.into_iter().chain(of_component);
+    Ok(ended.filter(|period| period.to.as_ref() == Some(&begun.from)).collect())
 }
 
 /// Sets where a period ends.
@@ -325,20 +349,21 @@ async fn set_end(connection: &mut Connection, period: &Period, to: Option<&Momen
 }
 
 /// The first moment after `seen` begins at which another component begins a period at the place, or
-/// the component one at another place.
+/// the component one at another place. (One period of the component at the place may go on before; between two of
+/// them is a contradiction.)
 async fn next_contradiction(connection: &mut Connection, seen: &Period) -> Result<Option<Moment>, StoreError> {
     let moments: Vec<(i64, String)> = sqlx::query_as(
-        "select * from (
-           select from_at, from_upload from observed_installations
+        "select from_at, from_upload from (
+           select from_at, from_upload, part_number, serial_number from observed_installations
            where operator = $1 and tail = $4 and position = $5 and (from_at, from_upload) > ($6, $7)
-             and not (part_number = $2 and serial_number = $3)
-           order by from_at, from_upload limit 1) as at_place
+           order by from_at, from_upload limit 2) as at_place
+         where not (part_number = $2 and serial_number = $3)
          union all
-         select * from (
-           select from_at, from_upload from observed_installations
+         select from_at, from_upload from (
+           select from_at, from_upload, tail, position from observed_installations
            where operator = $1 and part_number = $2 and serial_number = $3 and (from_at, from_upload) > ($6, $7)
-             and not (tail = $4 and position = $5)
-           order by from_at, from_upload limit 1) as of_component",
+           order by from_at, from_upload limit 2) as of_component
+         where not (tail = $4 and position = $5)",
     )
     .bind_component(&seen.component)
     .bind(seen.place.tail.as_str())
@@ -351,12 +376,14 @@ async fn next_contradiction(connection: &mut Connection, seen: &Period) -> Resul
 }
 
 /// Removes the period that goes on where `seen` already holds.
-async fn swallow_continuation(connection: &mut Connection, seen: &Period) -> Result<(), StoreError> {
+async fn swallow_continuation(connection: &mut Connection, seen: &Period) -> Result<Vec<Period>, StoreError> {
     let to = seen.to.as_ref().map_or((i64::MAX, ""), |to| (to.at, to.name.as_str()));
-    sqlx::query(
+    let rows: Vec<PeriodRow> = sqlx::query_as(
         "delete from observed_installations
          where operator = $1 and part_number = $2 and serial_number = $3 and tail = $4 and position = $5
-           and (from_at, from_upload) > ($6, $7) and (from_at, from_upload) < ($8, $9)",
+           and (from_at, from_upload) > ($6, $7) and (from_at, from_upload) < ($8, $9)
+         returning operator, part_number, serial_number, tail, position, from_at, from_upload, to_at, to_upload,
+                   checksum as period_checksum",
     )
     .bind_component(&seen.component)
     .bind(seen.place.tail.as_str())
@@ -365,9 +392,9 @@ async fn swallow_continuation(connection: &mut Connection, seen: &Period) -> Res
     .bind(&seen.from.name)
     .bind(to.0)
     .bind(to.1)
-    .execute(connection)
+    .fetch_all(connection)
     .await?;
-    Ok(())
+    rows.into_iter().map(PeriodRow::period).collect()
 }
 
 async fn insert(connection: &mut Connection, period: &Period) -> Result<(), StoreError> {

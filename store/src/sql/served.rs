@@ -20,7 +20,7 @@ const INSTALLATIONS: &str = "installations";
 /// Behind every tail.
 const LAST: &str = "\u{10ffff}";
 
-/// What is installed now at the places for which a condition holds, by tail and position.
+/// What is installed for which a condition holds, by tail and position.
 macro_rules! installed {
     ($condition:literal) => {
         concat!(
@@ -40,7 +40,7 @@ macro_rules! installed {
              left join prognoses p on p.operator = l.operator and p.part_number = l.part_number
                   and p.serial_number = l.serial_number and p.overhaul_index = l.overhaul_index
                   and p.generation = l.generation and p.fence = l.prognosis_fence
-             where i.operator = $1 and i.to_at is null and ",
+             where i.operator = $1 and ",
             $condition,
             " order by i.tail, i.position"
         )
@@ -102,7 +102,7 @@ impl Engine {
                 }
             }
         }
-        let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.tail > $2 and i.tail <= $3"))
+        let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.to_at is null and i.tail > $2 and i.tail <= $3"))
             .bind(operator.as_str())
             .bind(after)
             .bind(&last)
@@ -127,6 +127,33 @@ impl Engine {
         Ok(fleet)
     }
 
+    /// Components that lost their places to others, and that nobody removed; each where it was last.
+    pub(crate) async fn displaced(&self, operator: &OperatorId) -> Result<Vec<Installed>, StoreError> {
+        let mut transaction = self.read(operator).await?;
+        let rows: Vec<InstalledRow> = sqlx::query_as(installed!(
+            "i.to_at is not null
+             and not exists (
+               select 1 from installations n
+               where n.operator = i.operator and n.part_number = i.part_number and n.serial_number = i.serial_number
+                 and (n.to_at is null or (n.from_at, n.from_by, n.from_name) > (i.from_at, i.from_by, i.from_name)))
+             and not exists (
+               select 1 from movements m
+               where m.operator = i.operator and m.part_number = i.part_number and m.serial_number = i.serial_number
+                 and m.inward = 0 and m.occurred_at >= i.to_at)"
+        ))
+        .bind(operator.as_str())
+        .fetch_all(&mut *transaction)
+        .await?;
+        let mut displaced = Vec::new();
+        for row in rows {
+            let (component, life) = (row.life.component()?, row.life.overhaul_index);
+            let failed = endings::of_component(&mut transaction, &component).await?.remove(&life);
+            let found_failed = failed.map(|hours| (component, hours)).into_iter().collect();
+            displaced.push(row.installed(None, &found_failed)?);
+        }
+        Ok(displaced)
+    }
+
     async fn installed_where(
         &self,
         operator: &OperatorId,
@@ -134,7 +161,7 @@ impl Engine {
         position: Option<&Position>,
     ) -> Result<Vec<Installed>, StoreError> {
         let mut transaction = self.read(operator).await?;
-        let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.tail = $2 and ($3 is null or i.position = $3)"))
+        let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.to_at is null and i.tail = $2 and ($3 is null or i.position = $3)"))
             .bind(operator.as_str())
             .bind(tail.as_str())
             .bind(position.map(Position::as_str))
@@ -214,6 +241,7 @@ impl InstalledRow {
         Ok(Installed {
             tail: parse(INSTALLATIONS, &self.place.tail)?,
             position: parse(INSTALLATIONS, &self.place.position)?,
+            place_known: self.place.to_at.is_none(),
             overhaul_index: count("lives", pointer.overhaul_index)?,
             began: judged.began,
             since: Timestamp::from_micros(self.place.from_at),

@@ -11,7 +11,7 @@ use sqlx::{
 use super::{
     Engine,
     file::{DatabaseFile, Header, Presence, io_error},
-    sql::{Turns, seal_models, seal_rows},
+    sql::{Turns, derive_again, operators, seal_models, seal_rows},
     writer::{Owned, Writer},
 };
 use crate::{Clock, Options, StoreError, schema::SCHEMA};
@@ -262,7 +262,7 @@ pub(super) async fn migrate(connection: &mut SqliteConnection) -> Result<(), Sto
     migrator.run_direct(None, connection, false).await.map_err(|error| StoreError::Migration(Arc::new(error)))
 }
 
-/// Gives their checksums to the rows of a database that had none yet.
+/// Gives their checksums to the rows of a database that had none yet, and makes its installations by the present rules.
 async fn seal(connection: &mut SqliteConnection, path: &Path) -> Result<(), StoreError> {
     let sealed: i64 = sqlx::query_scalar("select sealed from schema_info").fetch_one(&mut *connection).await?;
     if sealed == 1 {
@@ -273,7 +273,12 @@ async fn seal(connection: &mut SqliteConnection, path: &Path) -> Result<(), Stor
     seal_rows(&mut reader, connection).await?;
     reader.close().await?;
     seal_models(connection).await?;
-    sqlx::query("update schema_info set sealed = 1").execute(connection).await?;
+    let mut transaction = connection.begin().await?;
+    for operator in operators(&mut transaction).await? {
+        derive_again(&mut transaction, &operator).await?;
+    }
+    sqlx::query("update schema_info set sealed = 1").execute(&mut *transaction).await?;
+    transaction.commit().await?;
     Ok(())
 }
 

@@ -1,11 +1,11 @@
 use std::cell::Cell;
 
-use domain::{Component, Life, OperatorId, Prognosis, Upload, prognosis::InsufficientHistory};
+use domain::{Component, Finding, Life, MaintenanceEvent, OperatorId, Prognosis, prognosis::InsufficientHistory};
 use proptest::{prelude::*, test_runner::TestRunner};
 use store::{IssuedLife, Store};
 
 use crate::fixture::{
-    Database, bundle, bundle_body, by_hand, component, day, drain, fail, later_upload, lease, life_inputs, operator,
+    Database, bundle, bundle_body, by_hand, component, day, drain, fail, finding, later_upload, lease, life_inputs, operator,
     results, set_aside, upload,
 };
 
@@ -15,7 +15,7 @@ fn life(operator: &OperatorId, serial: &str) -> Life {
 
 /// Sends an upload of the component 0001 and has it processed; what was issued, with or without a forecast.
 async fn issue(store: &Store, operator: &OperatorId, id: &str, flight_hours: f64, forecast: bool) -> Prognosis {
-    let upload = Upload { flight_hours, ..upload(id, "0001") };
+    let upload = later_upload(id, "0001", flight_hours - 100.0);
     store.accept(operator, upload, day(0.0)).await.unwrap();
     let lease = lease(store).await;
     let mut results = results(&life_inputs(store, &lease).await);
@@ -69,6 +69,30 @@ fn a_finished_life_is_told_by_the_first_forecast_issued_in_each_stretch() {
         })
     });
     outcome.unwrap();
+}
+
+#[tokio::test]
+async fn a_failure_at_impossible_hours_is_served_but_neither_judges_nor_teaches() {
+    let database = Database::new();
+    let store = database.ready().await;
+    issue(&store, &operator(), "u1", 130.0, true).await;
+    issue(&store, &operator(), "u2", 500.0, true).await;
+    let known = async || {
+        let part_number = upload("any", "0001").part_number;
+        let judged = store.issued_on_finished_lives(&operator(), 100.0, 10).await.unwrap().len();
+        let teaching = store.finished_lives(&operator(), &part_number, &bundle("one").hash).await.unwrap().len();
+        let record = store.component(&component("0001")).await.unwrap().unwrap();
+        (judged, teaching, record.lives[0].found_failed_fh)
+    };
+    for (id, failure_fh, counts) in [("lost-a-digit", 54.0, 0), ("one-too-many", 5400.0, 0), ("right", 540.0, 1)] {
+        let failure = MaintenanceEvent {
+            occurred_at: day(45.0),
+            ..finding(id, "0001", Finding::Failed, failure_fh)
+        };
+        store.record_event(&operator(), &failure, day(0.0)).await.unwrap();
+        assert_eq!(known().await, (counts, counts, Some(failure_fh)), "{id}");
+        store.void_event(&operator(), &failure.event_id, by_hand(1.0)).await.unwrap();
+    }
 }
 
 #[tokio::test]

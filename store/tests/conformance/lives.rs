@@ -1,9 +1,9 @@
 //! Installs, removals and overhauls: what follows from them is a function of the sets of uploads, events and
 //! voids, and the one that a literal reading of the definitions gives.
 
-use std::{cell::Cell, collections::BTreeSet};
+use std::cell::Cell;
 
-use domain::{Component, EventKind, Finding, MaintenanceEvent, OperatorId, Timestamp, Upload};
+use domain::{Component, EventKind, Finding, MaintenanceEvent, OperatorId, Timestamp, Upload, WarningKind};
 use proptest::{prelude::*, test_runner::TestRunner};
 use store::{InstallationSource, LifeRecord, Store};
 
@@ -123,8 +123,9 @@ async fn a_swap_empties_a_position_and_fills_it() {
     store.accept(&operator(), late.clone(), day(0.0)).await.unwrap();
     assert_eq!(installed().await, ["0002"], "an install holds whatever uploads say");
     let contradictions = store.component(&component("0001")).await.unwrap().unwrap().contradictions;
-    let [one] = &contradictions[..] else { panic!("{contradictions:?}") };
-    assert_eq!((&one.upload_id, one.event_id.as_str(), one.serial_number.as_str()), (&late.upload_id, "in", "0002"));
+    let told = contradictions.iter().find(|one| one.warning.kind == WarningKind::InstallContradicted).unwrap();
+    assert_eq!((&told.upload_id, &told.event_id), (&Some(late.upload_id.clone()), &Some("in".parse().unwrap())));
+    assert!(told.warning.detail.contains("0002"), "{told:?}");
     store.void_event(&operator(), &"in".parse().unwrap(), by_hand(60.0)).await.unwrap();
     assert_eq!(installed().await, ["0001"], "seen there again after its removal");
     store.void_upload(&operator(), &late.upload_id, by_hand(60.0)).await.unwrap();
@@ -147,7 +148,8 @@ const KINDS: [EventKind; 5] = [
     EventKind::Finding(Finding::Serviceable),
 ];
 
-/// Unit, tail, hours (few, so that they collide), and whether it is voided. Each has a time of its own.
+/// Unit, tail, hours (few, so that they collide), and whether it is voided. Each upload has a time of its own, events
+/// share some.
 type Sketch = (usize, u8, u8, bool);
 
 fn sets() -> impl Strategy<Value = Sets> {
@@ -163,7 +165,7 @@ fn sets() -> impl Strategy<Value = Sets> {
             ..upload(&format!("u{i:02}"), UNITS[unit])
         };
         let told = |i: usize, (sketch, kind): (Sketch, usize)| {
-            let Upload { tail, position, flight_hours, recorded_at, serial_number, .. } = placed(14 + i, sketch);
+            let Upload { tail, position, flight_hours, recorded_at, serial_number, .. } = placed(14 + i / 2, sketch);
             let named = event(&format!("e{i:02}"), serial_number.as_str(), KINDS[kind], flight_hours);
             (MaintenanceEvent { tail, position, occurred_at: recorded_at, ..named }, sketch.3)
         };
@@ -265,7 +267,7 @@ fn defined_lives(sets: &Sets, unit: &Component) -> Vec<Life> {
     let key = |event: &MaintenanceEvent| (event.flight_hours, event.occurred_at);
     let mut overhauls: Vec<_> =
         events().map(|(event, _)| event).filter(|event| event.kind == EventKind::Overhaul).collect();
-    overhauls.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap());
+    overhauls.sort_by(|a, b| (key(a), &a.event_id).partial_cmp(&(key(b), &b.event_id)).unwrap());
     let life_at = |hours: f64, at: Timestamp| overhauls.iter().filter(|one| key(one) < (hours, at)).count();
     (0..=overhauls.len())
         .map(|life| {
@@ -291,24 +293,44 @@ fn defined_lives(sets: &Sets, unit: &Component) -> Vec<Life> {
         .collect()
 }
 
-/// Where a component is told to be at a time: by its last event that moves it, unless another one was installed there since.
-fn told_at(sets: &Sets, serial: &str, at: Timestamp) -> Option<String> {
-    let moves =
-        || sets.events.iter().filter(|(event, voided)| !voided && event.occurred_at <= at).map(|(event, _)| event);
-    let own = |event: &&MaintenanceEvent| {
-        event.serial_number.as_str() == serial && matches!(event.kind, EventKind::Install | EventKind::Remove)
+/// The order of events that move something: at one time removals come first.
+type Key = (Timestamp, bool, String);
+
+/// After all that is of a time.
+fn end_of(at: Timestamp) -> Key {
+    (at, true, "~".to_owned())
+}
+
+/// What moves something, in no order.
+fn moves(sets: &Sets) -> impl Iterator<Item = (Key, &MaintenanceEvent)> {
+    let moving = |(event, voided): &&(MaintenanceEvent, bool)| {
+        !voided && matches!(event.kind, EventKind::Install | EventKind::Remove)
     };
-    let last = moves().filter(own).max_by_key(|event| event.occurred_at)?;
-    let displaced = moves().any(|event| {
-        event.kind == EventKind::Install && event.tail == last.tail && event.occurred_at > last.occurred_at
-    });
-    (last.kind == EventKind::Install && !displaced).then(|| last.tail.to_string())
+    let key = |event: &MaintenanceEvent| {
+        (event.occurred_at, event.kind == EventKind::Install, event.event_id.to_string())
+    };
+    sets.events.iter().filter(moving).map(move |(event, _)| (key(event), event))
+}
+
+/// Where a component is told to be after a moment: by an install that nothing has ended.
+fn told_at(sets: &Sets, serial: &str, until: &Key) -> Option<String> {
+    let ends = |install: &MaintenanceEvent, event: &MaintenanceEvent| {
+        let (own, here) = (event.serial_number == install.serial_number, event.tail == install.tail);
+        if event.kind == EventKind::Install { own != here } else { own && here }
+    };
+    let stands = |(at, install): &(Key, &MaintenanceEvent)| {
+        install.kind == EventKind::Install
+            && install.serial_number.as_str() == serial
+            && at <= until
+            && !moves(sets).any(|(then, event)| then > *at && then <= *until && ends(install, event))
+    };
+    moves(sets).find(stands).map(|(_, install)| install.tail.to_string())
 }
 
 /// Where a component is at a time, by the definition: where it is told to be; else where its newest upload
 /// saw it, unless since then another one was seen or told there, or something was told of it.
 fn defined_place(sets: &Sets, serial: &str, at: Timestamp) -> Option<String> {
-    if let Some(told) = told_at(sets, serial, at) {
+    if let Some(told) = told_at(sets, serial, &end_of(at)) {
         return Some(told);
     }
     let seen = || sets.uploads.iter().filter(|(one, voided)| !voided && one.recorded_at <= at).map(|(one, _)| one);
@@ -317,22 +339,14 @@ fn defined_place(sets: &Sets, serial: &str, at: Timestamp) -> Option<String> {
         one.tail == last.tail && one.serial_number != last.serial_number && one.recorded_at > last.recorded_at
     });
     let place = last.tail.to_string();
-    let moments = sets.events.iter().filter(|(event, voided)| !voided && event.occurred_at <= at);
-    let since: BTreeSet<Timestamp> = moments
-        .map(|(event, _)| event.occurred_at)
-        .filter(|moment| *moment > last.recorded_at)
-        .chain([last.recorded_at])
-        .collect();
-    let told = since.iter().any(|&moment| {
-        told_at(sets, serial, moment).is_some()
-            || UNITS.iter().any(|other| told_at(sets, other, moment).as_ref() == Some(&place))
+    let mut since = moves(sets).filter(|((time, ..), _)| *time > last.recorded_at && *time <= at);
+    let removed = since.any(|(_, event)| {
+        event.kind == EventKind::Remove && event.serial_number.as_str() == serial && event.tail == last.tail
     });
-    let removed = sets.events.iter().any(|(event, voided)| {
-        !voided
-            && event.kind == EventKind::Remove
-            && event.serial_number.as_str() == serial
-            && event.occurred_at > last.recorded_at
-            && event.occurred_at <= at
+    let since = moves(sets).map(|(key, _)| key).filter(|(time, ..)| *time > last.recorded_at && *time <= at);
+    let told = since.chain([end_of(last.recorded_at)]).any(|moment| {
+        told_at(sets, serial, &moment).is_some()
+            || UNITS.iter().any(|other| told_at(sets, other, &moment).as_ref() == Some(&place))
     });
     (!displaced && !told && !removed).then_some(place)
 }

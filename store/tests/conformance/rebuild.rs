@@ -1,4 +1,4 @@
-use domain::{Finding, Stream, Upload};
+use domain::{EventKind, Finding, MaintenanceEvent, Stream, Upload};
 use store::{ComponentRecord, Store};
 
 use crate::fixture::{
@@ -7,8 +7,21 @@ use crate::fixture::{
 
 const SERIALS: [&str; 3] = ["0001", "0002", "0003"];
 
+/// What was done to a component at a place: removals and installs that agree with uploads and that do not, some of them
+/// on one day.
+fn movement(number: usize) -> MaintenanceEvent {
+    let (unit, place) = (number % 3, (number / 2) % 4);
+    MaintenanceEvent {
+        kind: [EventKind::Install, EventKind::Remove][number / 3 % 2],
+        tail: tail(["EC-MXA", "EC-MXB"][place % 2]),
+        position: ["AIL-L", "AIL-R"][place / 2].parse().unwrap(),
+        occurred_at: day((number / 2) as f64),
+        ..finding(&format!("moved-{number:02}"), SERIALS[unit], Finding::Serviceable, 0.0)
+    }
+}
+
 /// Uploads of three components that change places, in random order, with one that is voided, one that claims
-/// hours that nobody can believe, a sensor configuration and a life that has ended.
+/// hours that nobody can believe, installs and removals, a sensor configuration and a life that has ended.
 async fn fleet(database: &Database) -> Store {
     let store = database.ready().await;
     let mut stream = Stream::new(11, &["rebuild"]);
@@ -27,8 +40,13 @@ async fn fleet(database: &Database) -> Store {
     }
     uploads.push(Upload { flight_hours: 6000.0, ..later_upload("odd", "0002", 33.0) });
     stream.shuffle(&mut uploads);
+    let mut movements: Vec<MaintenanceEvent> = (0..40).map(movement).collect();
+    stream.shuffle(&mut movements);
     for (i, upload) in uploads.into_iter().enumerate() {
         store.accept(&operator(), upload, day(0.0)).await.unwrap();
+        if let Some(event) = movements.get(i / 2).filter(|_| i % 2 == 0) {
+            store.record_event(&operator(), event, day(40.0)).await.unwrap();
+        }
         if i % 10 == 9 {
             drain(&store).await;
         }
@@ -38,6 +56,9 @@ async fn fleet(database: &Database) -> Store {
         .add_sensor_configuration(&operator(), &tail("EC-MXB"), day(9.0), &configuration(0.5), by_hand(40.0))
         .await
         .unwrap();
+    for number in [3, 12, 20, 33] {
+        store.void_event(&operator(), &movement(number).event_id, by_hand(40.0)).await.unwrap();
+    }
     store.record_event(&operator(), &finding("end", "0003", Finding::Failed, 500.0), day(40.0)).await.unwrap();
     drain(&store).await;
     store

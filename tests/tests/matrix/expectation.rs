@@ -1,6 +1,6 @@
 //! What every endpoint promises. One that is not here fails the tests.
 
-use proto::json::{MaintenanceBody, SensorConfigurationBody};
+use proto::json::{MaintenanceBody, RetryBody, SensorConfigurationBody};
 
 use crate::{names::Owner, principal::Kind, world};
 
@@ -59,6 +59,7 @@ pub fn of_rest(method: &str, path: &str) -> Expectation {
         ("get", "/v1/uploads") => (Readers, 200),
         ("get", "/v1/uploads/{upload_id}") => (Known, 200),
         ("post", "/v1/uploads/{upload_id}/void" | "/v1/uploads/{upload_id}/retry") => (Planners, 200),
+        ("post", "/v1/tails/{tail}/uploads/retry") => (Planners, 200),
         ("get", "/v1/tails" | "/v1/tails/{tail}" | "/v1/tails/{tail}/rul") => (Readers, 200),
         ("get", "/v1/tails/{tail}/positions/{position}/rul") => (Readers, 200),
         ("get", "/v1/tails/{tail}/positions/{position}/health") => (Readers, 200),
@@ -137,6 +138,10 @@ pub fn bodies(path: &str, media_types: &[String], of: Owner) -> Vec<(String, Vec
             ("/v1/tails/{tail}/positions/{position}/maintenance", "application/json") => {
                 let new = MaintenanceBody { event_id: format!("{}.new", of.event()), ..world::event(of) };
                 world::json(&new)
+            }
+            ("/v1/tails/{tail}/uploads/retry", "application/json") => {
+                let (from, to) = ("2020-01-01T00:00:00Z".to_owned(), world::now().to_string());
+                world::json(&RetryBody { from, to, reason: None })
             }
             ("/v1/tails/{tail}/sensor-configurations", "application/json") => {
                 // Its content is the same for all, because the answer names it by its hash.

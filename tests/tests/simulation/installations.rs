@@ -60,11 +60,12 @@ enum Word<'a> {
     Upload(&'a Upload),
 }
 
-/// All that counts, in the order of (time, event before upload, name).
+/// All that counts, in the order of (time, removal before install before upload, name).
 fn words(book: &Book) -> Vec<(Timestamp, u8, String, Word<'_>)> {
     let time = |event: &Reported| event.body.occurred_at.parse::<Timestamp>().expect("a time");
-    let events = book.standing().map(|event| (time(event), 0, event.body.event_id.clone(), Word::Event(event)));
-    let uploads = book.counting().map(|one| (one.recorded_at, 1, one.upload_id.to_string(), Word::Upload(one)));
+    let rank = |event: &Reported| u8::from(event.body.kind != MaintenanceKind::Remove);
+    let events = book.standing().map(|one| (time(one), rank(one), one.body.event_id.clone(), Word::Event(one)));
+    let uploads = book.counting().map(|one| (one.recorded_at, 2, one.upload_id.to_string(), Word::Upload(one)));
     let mut words: Vec<_> = events.chain(uploads).collect();
     words.sort_by(|a, b| (a.0, a.1, &a.2).cmp(&(b.0, b.1, &b.2)));
     words
@@ -93,8 +94,8 @@ impl World {
                 self.told.insert(unit, place);
             }
             MaintenanceKind::Remove => {
-                self.told.remove(&unit);
-                self.seen.entry(unit).and_modify(|(_, holds)| *holds = false);
+                self.told.retain(|who, from| *who != unit || *from != place);
+                self.seen.entry(unit).and_modify(|(from, holds)| *holds &= *from != place);
             }
             MaintenanceKind::Overhaul | MaintenanceKind::Finding => {}
         }
