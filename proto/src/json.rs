@@ -41,6 +41,7 @@ pub use sensor_configuration::{
 };
 pub use tail::{DisplacedItem, PositionItem, TailBody, TailItem};
 pub use upload::{
-    AirDataBody, Ingested, LineResult, LoadRatioBody, RetryAck, RetryBody, StrainBody, UploadAck, UploadBody, UploadState, UploadStatusBody,
+    AirDataBody, Ingested, LineResult, LoadRatioBody, RetryAck, RetryBody, StrainBody, UploadAck, UploadBody,
+    UploadState, UploadStatusBody,
 };
 pub use warning::WarningItem;

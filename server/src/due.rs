@@ -7,7 +7,8 @@
 use std::cmp::Ordering;
 
 use domain::{
-    ADVISORY, ContentHash, DoubtKind, OperatorId, Position, RulDistribution, TailNumber, prognosis::Forecast, rul::HORIZON_FH,
+    ADVISORY, ContentHash, DoubtKind, OperatorId, Position, RulDistribution, TailNumber, prognosis::Forecast,
+    rul::HORIZON_FH,
 };
 use proto::json::{AsOfBody, Doubt, DueBody, DueItem, DueTotals, LatestSafe, Status};
 use store::Installed;
@@ -280,8 +281,15 @@ mod tests {
             position: "AIL_L_2".parse().unwrap(),
         };
         assert_eq!(Place::from_cursor(&place.to_cursor()), Some(place));
-        for bad in ["", "3_0_0_0_EC-MXA_A", "1_NaN_0_0_EC-MXA_A", "1_0_-1_0_EC-MXA_A", "1_0_0_0_ec_A", "1_0_0_0_EC-MXA", "1_0_0"]
-        {
+        for bad in [
+            "",
+            "3_0_0_0_EC-MXA_A",
+            "1_NaN_0_0_EC-MXA_A",
+            "1_0_-1_0_EC-MXA_A",
+            "1_0_0_0_ec_A",
+            "1_0_0_0_EC-MXA",
+            "1_0_0",
+        ] {
             assert_eq!(Place::from_cursor(bad), None, "{bad}");
         }
     }

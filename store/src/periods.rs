@@ -183,8 +183,7 @@ impl<S: Fn(&Moment) -> Option<Moment>> Known<S> {
         let mut periods = Vec::new();
         let mut seen = Some(observed.from.clone());
         for (from, to) in &self.gaps {
-            let Some(at) =
-                seen.take_if(|at| to.as_ref().is_none_or(|to| to > at) && observed.lasts_beyond(from))
+            let Some(at) = seen.take_if(|at| to.as_ref().is_none_or(|to| to > at) && observed.lasts_beyond(from))
             else {
                 continue;
             };
@@ -269,9 +268,8 @@ mod tests {
         for observed in observed {
             let covers = |period: &&Period| period.component == *component || period.place == observed.place;
             let covers = told.iter().filter(covers).map(|period| (period.from.clone(), period.to.clone()));
-            let removes = |one: &&Movement| {
-                one.direction == Out && one.component == *component && one.place == observed.place
-            };
+            let removes =
+                |one: &&Movement| one.direction == Out && one.component == *component && one.place == observed.place;
             let removals = movements.iter().filter(removes).map(|one| (one.at.clone(), Some(one.at.clone())));
             let known = Known { gaps: covers.chain(removals).collect(), sighted_after: &sighted_after };
             periods.extend(known.remains(observed));
@@ -344,10 +342,10 @@ mod tests {
     #[test]
     fn a_removal_from_where_a_component_is_not_moves_nothing() {
         assert_eq!(installations(&[1, 5], &[movement(3, "A", "Q", Out)]), [at("P", 1, None)]);
-        assert_eq!(installations(&[1], &[movement(2, "A", "Q", In), movement(3, "A", "P", Out)]), [
-            at("P", 1, Some(2)),
-            at("Q", 2, None)
-        ]);
+        assert_eq!(
+            installations(&[1], &[movement(2, "A", "Q", In), movement(3, "A", "P", Out)]),
+            [at("P", 1, Some(2)), at("Q", 2, None)]
+        );
     }
 
     #[test]
@@ -397,7 +395,8 @@ mod tests {
         let ends = |install: &Movement, event: &Movement| {
             event.at > install.at
                 && event.at <= *when
-                && ((event.component == install.component && (event.direction == Out) == (event.place == install.place))
+                && ((event.component == install.component
+                    && (event.direction == Out) == (event.place == install.place))
                     || (event.direction == In && event.place == install.place && event.component != install.component))
         };
         let stands = |install: &&Movement| {

@@ -4,7 +4,8 @@ use std::{ops::RangeInclusive, path::Path, sync::Arc, time::Duration};
 
 use domain::{
     Act, Actor, AuditRecord, BundleSummary, Component, ContentHash, Estimate, EventId, MaintenanceEvent, OperatorId,
-    PartNumber, Position, SensorConfiguration, SetAsideReason, State, TailNumber, Timestamp, TokenId, Upload, UploadId, Warning,
+    PartNumber, Position, SensorConfiguration, SetAsideReason, State, TailNumber, Timestamp, TokenId, Upload, UploadId,
+    Warning,
 };
 
 use crate::{

@@ -109,7 +109,13 @@ impl TailBody {
     /// A tail with the remaining lives of its positions, and of what was last on it.
     pub fn new(tail: String, prognoses: Vec<RulBody>, displaced: Vec<RulBody>) -> Self {
         let TailItem { tail, status, rul_p10_fh, .. } = TailItem::new(tail, &prognoses);
-        Self { tail, status, rul_p10_fh, positions: prognoses.into_iter().map(PositionItem::from).collect(), displaced: displaced.into_iter().map(DisplacedItem::from).collect() }
+        Self {
+            tail,
+            status,
+            rul_p10_fh,
+            positions: prognoses.into_iter().map(PositionItem::from).collect(),
+            displaced: displaced.into_iter().map(DisplacedItem::from).collect(),
+        }
     }
 }
 

@@ -321,7 +321,10 @@ impl RetryBody {
         }
         let reason = self.reason.as_ref().map(|code| serde_json::from_value::<SetAsideReason>(code.as_str().into()));
         let reason = reason.transpose().unwrap_or_else(|_| {
-            invalid.push("#/reason", format!("{:?} is none that uploads are set aside for", self.reason.unwrap_or_default()));
+            invalid.push(
+                "#/reason",
+                format!("{:?} is none that uploads are set aside for", self.reason.unwrap_or_default()),
+            );
             None
         });
         invalid.into_result(from.zip(to).map(|(from, to)| (from..=to, reason)))

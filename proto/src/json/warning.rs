@@ -13,7 +13,9 @@ pub struct WarningItem {
     #[schema(example = "hours_contradict")]
     pub kind: String,
     /// What is known and what follows, in words with the values.
-    #[schema(example = "SN-0002 was at AIL-L of EC-MXA since 2026-01-01T00:00:00Z, and nobody removed it: its place is unknown from then on")]
+    #[schema(
+        example = "SN-0002 was at AIL-L of EC-MXA since 2026-01-01T00:00:00Z, and nobody removed it: its place is unknown from then on"
+    )]
     pub detail: String,
 }
 

@@ -1,9 +1,7 @@
 //! `FleetHealth`: tails, remaining lives, histories.
 
 use domain::{Component, Invalid, OperatorId, Position, TailNumber};
-use proto::{
-    v1::{self, fleet_health_server::FleetHealth},
-};
+use proto::v1::{self, fleet_health_server::FleetHealth};
 use tonic::{Request, Response, Status};
 
 use super::Service;

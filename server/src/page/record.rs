@@ -134,7 +134,9 @@ fn stay(Installation { tail, position, from, to, source }: Installation) -> Stay
 
 fn contradiction(Contradiction { warning, at, tail, position, upload_id, event_id }: &Contradiction) -> String {
     let says = match (upload_id, event_id) {
-        (Some(upload), Some(event)) => format!("uploads from {upload} on saw it on {tail}, {position}; but {event} says"),
+        (Some(upload), Some(event)) => {
+            format!("uploads from {upload} on saw it on {tail}, {position}; but {event} says")
+        }
         (Some(upload), None) => format!("{upload}, on {tail}, {position}"),
         (None, Some(event)) => format!("{event}, on {tail}, {position}"),
         (None, None) => format!("{tail}, {position}"),

@@ -57,7 +57,9 @@ fn installation(installation: Installation) -> InstallationItem {
     }
 }
 
-fn contradiction(Contradiction { warning, at, tail, position, upload_id, event_id }: Contradiction) -> ContradictionItem {
+fn contradiction(
+    Contradiction { warning, at, tail, position, upload_id, event_id }: Contradiction,
+) -> ContradictionItem {
     ContradictionItem {
         kind: warning.kind.as_str().to_owned(),
         upload_id: upload_id.map(String::from),

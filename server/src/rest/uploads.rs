@@ -63,7 +63,8 @@ pub async fn post(
     let upload_id = upload.as_ref().map(|upload| upload.upload_id.to_string()).unwrap_or_default();
     let (status, warnings) = ingest(&shared, &caller, Transport::Rest, upload).await?;
     let code = if status == Ingested::Accepted { StatusCode::ACCEPTED } else { StatusCode::OK };
-    Ok((code, Json(UploadAck { upload_id, status, warnings: warnings.into_iter().map(WarningItem::from).collect() })).into_response())
+    Ok((code, Json(UploadAck { upload_id, status, warnings: warnings.into_iter().map(WarningItem::from).collect() }))
+        .into_response())
 }
 
 fn parse(bytes: &[u8], tail: TailNumber) -> Result<Upload, Refusal> {

@@ -21,7 +21,15 @@ async fn house() -> House {
 }
 
 /// Reports an event about a unit at a position of EC-MXA; the codes of its warnings.
-async fn report(house: &House, id: &str, kind: &str, serial: &str, at: &str, hours: f64, position: &str) -> Vec<String> {
+async fn report(
+    house: &House,
+    id: &str,
+    kind: &str,
+    serial: &str,
+    at: &str,
+    hours: f64,
+    position: &str,
+) -> Vec<String> {
     let url = format!("{}/v1/tails/EC-MXA/positions/{position}/maintenance", house.url);
     let body = json!({"event_id": id, "kind": kind, "part_number": "EMA-500", "serial_number": serial,
         "occurred_at": at, "flight_hours": hours});
@@ -76,7 +84,8 @@ async fn a_swap_that_is_booked_with_one_time_ends_swapped_and_is_no_contradictio
     report(&house, "WO-3", "remove", "SN 1", T, 200.0, "AIL-L").await;
     assert_eq!(report(&house, "WO-4", "remove", "SN 2", T, 200.0, "AIL-R").await, [""; 0]);
     let tail = house.read("/v1/tails/EC-MXA").await;
-    let places: Vec<_> = tail["positions"].as_array().unwrap().iter().map(|one| one["serial_number"].as_str().unwrap()).collect();
+    let places: Vec<_> =
+        tail["positions"].as_array().unwrap().iter().map(|one| one["serial_number"].as_str().unwrap()).collect();
     assert_eq!((places, &tail["displaced"]), (vec!["SN 2", "SN 1"], &json!([])));
     assert_eq!(house.read("/v1/fleet/due").await["totals"]["components"], 2);
     for serial in ["SN 1", "SN 2"] {
@@ -92,7 +101,10 @@ async fn a_unit_that_lost_its_place_without_a_removal_stays_listed_without_a_pla
     assert_eq!(kinds(&contradictions(&house, "SN 1").await), ["place_unknown"]);
     let tail = house.read("/v1/tails/EC-MXA").await;
     let lost = &tail["displaced"][0];
-    assert_eq!((&lost["serial_number"], &lost["tail"], &lost["last_position"]), (&json!("SN 1"), &Value::Null, &json!("AIL-L")));
+    assert_eq!(
+        (&lost["serial_number"], &lost["tail"], &lost["last_position"]),
+        (&json!("SN 1"), &Value::Null, &json!("AIL-L"))
+    );
     let due = house.read("/v1/fleet/due?risk=0.99").await;
     assert_eq!(due["totals"]["components"], 2);
     let mut listed = due["items"].as_array().into_iter().chain(due["unknown"].as_array()).flatten();
@@ -129,7 +141,10 @@ async fn an_upload_that_contradicts_what_is_known_is_accepted_with_warnings_ever
     assert_eq!(kinds(&contradictions(&house, "SN 1").await), ["seen_on_other_tail"]);
     let line = house.post("EC-MXA", "application/x-ndjson", house.body("a1", 206.0).to_string()).await;
     let line: Value = serde_json::from_str(line.text().await.unwrap().trim()).unwrap();
-    assert_eq!((line["status"].as_str(), kinds(&line["warnings"])), (Some("accepted"), vec!["seen_on_other_tail".to_owned()]));
+    assert_eq!(
+        (line["status"].as_str(), kinds(&line["warnings"])),
+        (Some("accepted"), vec!["seen_on_other_tail".to_owned()])
+    );
     let mut grpc = IngestClient::new(house.channel().await);
     let body: UploadBody = serde_json::from_value(other("b2", 207.0)).unwrap();
     let upload = body.into_upload("EC-MXC".parse().unwrap()).unwrap();

@@ -271,7 +271,11 @@ impl<W: Write> Write for Audited<W> {
 }
 
 /// Appends a record to a chain.
-pub(super) async fn append(connection: &mut Connection, operator: Option<&OperatorId>, trace: &Trace) -> Result<(), StoreError> {
+pub(super) async fn append(
+    connection: &mut Connection,
+    operator: Option<&OperatorId>,
+    trace: &Trace,
+) -> Result<(), StoreError> {
     let anchored = anchors::find(connection, chain_column(operator)).await?;
     let origin = Anchor { sequence: 0, hash: AuditRecord::origin(operator), tokens: 0 };
     let Anchor { sequence: last, hash: previous, tokens } = anchored.unwrap_or(origin);

@@ -8,13 +8,7 @@
 
 use domain::{Component, EventKind, Finding, MaintenanceEvent, OperatorId, Timestamp, Upload, Warning, WarningKind};
 
-use super::{
-    Connection, Engine, events,
-    history::End,
-    installations, movements, names, observed,
-    row::parse,
-    uploads,
-};
+use super::{Connection, Engine, events, history::End, installations, movements, names, observed, row::parse, uploads};
 use crate::{
     Contradiction, StoreError,
     periods::{By, Moment, Period, Place},

@@ -190,10 +190,7 @@ pub(super) async fn displaced(
 }
 
 /// What an install ended: the installation of another component at the place, and that of its component elsewhere.
-pub(super) async fn ended_by(
-    connection: &mut Connection,
-    install: &Movement,
-) -> Result<Vec<Period>, StoreError> {
+pub(super) async fn ended_by(connection: &mut Connection, install: &Movement) -> Result<Vec<Period>, StoreError> {
     let Movement { at, component, place, .. } = install;
     let of_component = sqlx::query_as(installations!(
         "part_number = $2 and serial_number = $3 and (from_at, from_by, from_name) < ($4, $5, $6)
@@ -312,12 +309,7 @@ const FIRST: Moment = Moment { at: i64::MIN, by: By::Event, name: String::new() 
 const LAST: Moment = Moment { at: i64::MAX, by: By::Upload, name: String::new() };
 
 /// Lets installations follow what is known anew of moments from `first` to `last`. `change`: of the observed periods.
-async fn settle(
-    connection: &mut Connection,
-    change: Change,
-    first: &Moment,
-    last: &Moment,
-) -> Result<(), StoreError> {
+async fn settle(connection: &mut Connection, change: Change, first: &Moment, last: &Moment) -> Result<(), StoreError> {
     let mut by_place: BTreeMap<(Component, Place), Change> = BTreeMap::new();
     let place_of = |period: &Period| (period.component.clone(), period.place.clone());
     for period in change.gone {

@@ -131,10 +131,7 @@ pub(super) async fn defined(connection: &mut Connection, operator: &OperatorId) 
 }
 
 /// The movements of an operator as they are stored.
-pub(super) async fn stored(
-    connection: &mut Connection,
-    operator: &OperatorId,
-) -> Result<Vec<Movement>, StoreError> {
+pub(super) async fn stored(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Movement>, StoreError> {
     let sql = movements_where!("true", " order by m.part_number, m.serial_number, m.occurred_at, m.event_id");
     let rows: Vec<MovementRow> = sqlx::query_as(sql).bind(operator.as_str()).fetch_all(connection).await?;
     rows.into_iter().map(MovementRow::movement).collect()
@@ -173,9 +170,8 @@ pub(super) async fn next_taking(
     place: &Place,
     after: &Movement,
 ) -> Result<Option<Movement>, StoreError> {
-    let sql = next!(
-        "m.tail = $4 and m.position = $5 and m.inward = 1 and not (m.part_number = $2 and m.serial_number = $3)"
-    );
+    let sql =
+        next!("m.tail = $4 and m.position = $5 and m.inward = 1 and not (m.part_number = $2 and m.serial_number = $3)");
     next(connection, sql, component, place, after).await
 }
 
@@ -186,9 +182,7 @@ pub(super) async fn next_install(
     place: &Place,
     after: &Movement,
 ) -> Result<Option<Movement>, StoreError> {
-    let sql = next!(
-        "m.part_number = $2 and m.serial_number = $3 and m.tail = $4 and m.position = $5 and m.inward = 1"
-    );
+    let sql = next!("m.part_number = $2 and m.serial_number = $3 and m.tail = $4 and m.position = $5 and m.inward = 1");
     next(connection, sql, component, place, after).await
 }
 

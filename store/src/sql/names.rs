@@ -79,7 +79,8 @@ pub(super) async fn position_alike(
     .fetch_optional(connection)
     .await?;
     Ok(other.map(|(known,)| {
-        let detail = format!("{position} is new on {tail}, and {known} is known: names that differ in case only are two places");
+        let detail =
+            format!("{position} is new on {tail}, and {known} is known: names that differ in case only are two places");
         Warning { kind: WarningKind::NameDiffersInCase, detail }
     }))
 }

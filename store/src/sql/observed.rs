@@ -244,7 +244,10 @@ async fn last_at_place(connection: &mut Connection, seen: &Period) -> Result<Opt
 }
 
 /// The last period of the component that begins before `seen`.
-pub(super) async fn last_of_component(connection: &mut Connection, seen: &Period) -> Result<Option<Period>, StoreError> {
+pub(super) async fn last_of_component(
+    connection: &mut Connection,
+    seen: &Period,
+) -> Result<Option<Period>, StoreError> {
     let row: Option<PeriodRow> = sqlx::query_as(periods!(
         "part_number = $2 and serial_number = $3 and (from_at, from_upload) < ($4, $5)
              order by from_at desc, from_upload desc limit 1"

@@ -8,8 +8,7 @@ use serde_json::json;
 use super::{
     Connection, Engine,
     audit::{Trace, append},
-    correct,
-    observed,
+    correct, observed,
     row::{BindKey, UploadKey, parse},
     uploads,
     write::{Reach, Write},

@@ -161,12 +161,13 @@ impl Engine {
         position: Option<&Position>,
     ) -> Result<Vec<Installed>, StoreError> {
         let mut transaction = self.read(operator).await?;
-        let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.to_at is null and i.tail = $2 and ($3 is null or i.position = $3)"))
-            .bind(operator.as_str())
-            .bind(tail.as_str())
-            .bind(position.map(Position::as_str))
-            .fetch_all(&mut *transaction)
-            .await?;
+        let rows: Vec<InstalledRow> =
+            sqlx::query_as(installed!("i.to_at is null and i.tail = $2 and ($3 is null or i.position = $3)"))
+                .bind(operator.as_str())
+                .bind(tail.as_str())
+                .bind(position.map(Position::as_str))
+                .fetch_all(&mut *transaction)
+                .await?;
         if rows.is_empty() {
             return Ok(Vec::new());
         }

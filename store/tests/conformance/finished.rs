@@ -5,8 +5,8 @@ use proptest::{prelude::*, test_runner::TestRunner};
 use store::{IssuedLife, Store};
 
 use crate::fixture::{
-    Database, bundle, bundle_body, by_hand, component, day, drain, fail, finding, later_upload, lease, life_inputs, operator,
-    results, set_aside, upload,
+    Database, bundle, bundle_body, by_hand, component, day, drain, fail, finding, later_upload, lease, life_inputs,
+    operator, results, set_aside, upload,
 };
 
 fn life(operator: &OperatorId, serial: &str) -> Life {
@@ -85,10 +85,7 @@ async fn a_failure_at_impossible_hours_is_served_but_neither_judges_nor_teaches(
         (judged, teaching, record.lives[0].found_failed_fh)
     };
     for (id, failure_fh, counts) in [("lost-a-digit", 54.0, 0), ("one-too-many", 5400.0, 0), ("right", 540.0, 1)] {
-        let failure = MaintenanceEvent {
-            occurred_at: day(45.0),
-            ..finding(id, "0001", Finding::Failed, failure_fh)
-        };
+        let failure = MaintenanceEvent { occurred_at: day(45.0), ..finding(id, "0001", Finding::Failed, failure_fh) };
         store.record_event(&operator(), &failure, day(0.0)).await.unwrap();
         assert_eq!(known().await, (counts, counts, Some(failure_fh)), "{id}");
         store.void_event(&operator(), &failure.event_id, by_hand(1.0)).await.unwrap();

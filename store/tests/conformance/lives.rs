@@ -306,9 +306,8 @@ fn moves(sets: &Sets) -> impl Iterator<Item = (Key, &MaintenanceEvent)> {
     let moving = |(event, voided): &&(MaintenanceEvent, bool)| {
         !voided && matches!(event.kind, EventKind::Install | EventKind::Remove)
     };
-    let key = |event: &MaintenanceEvent| {
-        (event.occurred_at, event.kind == EventKind::Install, event.event_id.to_string())
-    };
+    let key =
+        |event: &MaintenanceEvent| (event.occurred_at, event.kind == EventKind::Install, event.event_id.to_string());
     sets.events.iter().filter(moving).map(move |(event, _)| (key(event), event))
 }
 
