@@ -13,8 +13,8 @@ const PAUSE: Duration = Duration::from_millis(250);
 /// How long nothing must have failed for an outage to be over: a little may still find room where much does not.
 const CALM: Duration = Duration::from_secs(1);
 
-/// The outage that writers of one database are in, if they are. The log gets one line when it begins, one when its cause
-/// changes and one when it ends, however many writes it refuses.
+/// The outage that writers of one database are in, if they are. The log gets one line when it begins, one when its
+/// cause changes and one when it ends, however many writes it refuses.
 #[derive(Debug, Default)]
 pub(crate) struct Outages(Mutex<Option<Outage>>);
 

@@ -125,8 +125,8 @@ impl Writer {
         Ok(())
     }
 
-    /// Nothing of an error's transaction is in the database. When the commit itself met one, that is returned with the name
-    /// of the transaction: it may have been committed all the same.
+    /// Nothing of an error's transaction is in the database. When the commit itself met one, that is returned with
+    /// the name of the transaction: it may have been committed all the same.
     async fn transact(
         &self,
         connection: &mut Connection,

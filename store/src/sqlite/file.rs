@@ -1,11 +1,12 @@
 //! The file of a database: one true name, one owner.
 //!
-//! A file is known by its device and inode, whatever it is called. Its owner holds a lock on a file beside it that says who
-//! owns it, and, where such locks keep out of SQLite's way, one on the file itself, which holds whatever name the next one
-//! comes by. Closing any handle of the file takes SQLite's own locks from this process, so it is looked at before SQLite
-//! opens it, and closed after.
+//! A file is known by its device and inode, whatever it is called. Its owner holds a lock on a file beside it that
+//! says who owns it, and, where such locks keep out of SQLite's way, one on the file itself, which holds whatever
+//! name the next one comes by. Closing any handle of the file takes SQLite's own locks from this process, so it is
+//! looked at before SQLite opens it, and closed after.
 //!
-//! Its header says whether an owner has it open, so that a copy without the log beside it is not taken for all there is.
+//! Its header says whether an owner has it open, so that a copy without the log beside it is not taken for all there
+//! is.
 
 use std::{
     fs::{self, File, OpenOptions, TryLockError},

@@ -149,13 +149,14 @@ impl Drop for Owned {
     }
 }
 
-/// Leaves a connection as a killed process does. Closed, it might remove the log, which the file needs that was not closed in
-/// order; and to a file that has lost its name, the log that has the name now may be another's.
+/// Leaves a connection as a killed process does. Closed, it might remove the log, which the file needs that was not
+/// closed in order; and to a file that has lost its name, the log that has the name now may be another's.
 pub(super) fn abandon(connection: SqliteConnection) {
     std::mem::forget(connection);
 }
 
-/// Has the header of the file say whether an owner has it open. It is at once in the file itself, whatever becomes of the log.
+/// Has the header of the file say whether an owner has it open. It is at once in the file itself, whatever becomes of
+/// the log.
 async fn say_open(connection: &mut SqliteConnection, open: bool) -> Result<(), StoreError> {
     let sql = if open { "pragma user_version = 1" } else { "pragma user_version = 0" };
     sqlx::query(sql).execute(&mut *connection).await?;
@@ -165,8 +166,8 @@ async fn say_open(connection: &mut SqliteConnection, open: bool) -> Result<(), S
     Ok(())
 }
 
-/// Takes a copy for all there is, also where whoever wrote it had not closed it; whether that is so. A file without tables
-/// is none.
+/// Takes a copy for all there is, also where whoever wrote it had not closed it; whether that is so. A file without
+/// tables is none.
 pub(crate) async fn adopt(url: &str) -> Result<bool, StoreError> {
     let file = DatabaseFile::of(url)?;
     let Some(header) = file.header()? else { return Err(StoreError::NotADatabase { path: file.path().to_owned() }) };
@@ -287,8 +288,8 @@ async fn readers(presence: &Presence, connections: u32) -> Result<SqlitePool, St
     // They stay, so that the log does, too, when a connection that writes has to be opened anew.
     let pool = SqlitePoolOptions::new().min_connections(1).max_connections(connections);
     let pool = pool.idle_timeout(None).max_lifetime(None).before_acquire(|connection, _| {
-        // After a failure to read, SQLite has ended the transaction by itself, and the driver's next would be a savepoint
-        // that shows the past for ever.
+        // After a failure to read, SQLite has ended the transaction by itself, and the driver's next would be a
+        // savepoint that shows the past for ever.
         Box::pin(async { Ok(!connection.is_in_transaction()) })
     });
     let presence = presence.clone();

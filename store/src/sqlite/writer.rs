@@ -6,8 +6,9 @@
 //! fault fails. Callers are answered after the commit, never before.
 //!
 //! After a full disk, a failing device or another's lock, SQLite has rolled back by itself, and what the connection
-//! believes of its transaction is no longer so. Such a connection is dropped, and the next transaction opens one. All that waits is
-//! answered with the failure, and for a moment nothing is tried, so that nobody waits for a disk that is full.
+//! believes of its transaction is no longer so. Such a connection is dropped, and the next transaction opens one. All
+//! that waits is answered with the failure, and for a moment nothing is tried, so that nobody waits for a disk that
+//! is full.
 //!
 //! Metrics: `commit_seconds` and `commit_writes` of each transaction, `commits_halved_total`,
 //! `commit_failures_total`, and `upload_queue_waiting`, the uploads that a full transaction left waiting.
