@@ -80,7 +80,7 @@ fn must_be_rfc_3339(text: &[u8]) -> Result<(), &'static str> {
         _ if number(11) > 23 => Err("the hours of a day are 00 to 23"),
         _ if number(14) > 59 => Err("the minutes of an hour are 00 to 59"),
         _ if number(17) > 59 => Err("the seconds of a minute are 00 to 59"),
-        b"" => Err("it has no offset: Z, or one such as +01:00"),
+        b"" => Err("it has no offset, Z or one such as +01:00"),
         b"Z" | b"z" => Ok(()),
         [b'+' | b'-', offset @ ..] if offset.len() == 5 && has_form(offset, b"00:00") => {
             let (hours, minutes) = (&offset[..2], &offset[3..]);

@@ -36,7 +36,7 @@ fn refusal(path: &Path, error: &serde_json::Error) -> BodyError {
     let mut pointer = pointer(path);
     match error.classify() {
         Category::Data => {
-            if let Some(field) = missing_field(&message) {
+            if let Some(field) = named_field(&message) {
                 pointer.push('/');
                 pointer.push_str(&escape(field));
             }
@@ -46,9 +46,10 @@ fn refusal(path: &Path, error: &serde_json::Error) -> BodyError {
     }
 }
 
-/// serde reports a missing field under its parent and names it in the message only.
-fn missing_field(message: &str) -> Option<&str> {
-    message.strip_prefix("missing field `")?.split('`').next()
+/// serde reports a missing field, and one that is given twice, under its parent and names it in the message only.
+fn named_field(message: &str) -> Option<&str> {
+    let missing = message.strip_prefix("missing field `");
+    missing.or_else(|| message.strip_prefix("duplicate field `"))?.split('`').next()
 }
 
 /// RFC 6901 as a URI fragment.
