@@ -52,6 +52,23 @@ async fn uploads_are_listed_by_their_state_in_pages() {
 }
 
 #[tokio::test]
+async fn what_is_missing_tells_how_many_uploads_are_set_aside_and_why() {
+    const RUL: &str = "/v1/tails/EC-MXA/positions/AIL-L/rul";
+    let house = house_with(&["a", "b", "c"]).await;
+    let waiting = house.read(RUL).await;
+    assert_eq!(waiting["missing"], "no upload of this component has been judged yet");
+    assert_eq!((&waiting["pending_uploads"], &waiting["set_aside_uploads"]), (&json!(3), &json!(0)));
+    house.set_aside(&[aside("b"), aside("c")]).await;
+    let told = house.read(RUL).await;
+    let missing = "one closed block; 2 uploads are set aside, most for not_finite. \
+                   The newest, c: a figure of the estimate is NaN";
+    assert_eq!((&told["missing"], &told["set_aside_uploads"]), (&json!(missing), &json!(2)));
+    assert_eq!(house.read("/v1/fleet/due").await["unknown"][0]["reason"], missing);
+    let page = house.get("/tails/EC-MXA/positions/AIL-L").await.text().await.unwrap();
+    assert!(page.contains(missing), "{page}");
+}
+
+#[tokio::test]
 async fn a_set_aside_upload_tells_why_and_can_be_tried_again() {
     let house = house_with(&["a", "b"]).await;
     assert_eq!(problem(house.act("/v1/uploads/x/retry").await, 404).await["status"], 404);
