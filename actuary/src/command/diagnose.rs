@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Err(Failure::BadInput(format!("--noise {}: must be 0 to 1", arguments.noise)).into());
     }
     let model = read_model(&arguments.model)?;
-    let maps = dataset::read_maps(&arguments.dataset)?;
+    let maps = dataset::read_maps(&arguments.dataset, model.bundle().motor.back_emf_v_s_rad)?;
     let mask = &model.bundle().masks[0];
     if maps.bins != mask.map_length() {
         let (folder, bins, length) = (arguments.dataset.display(), maps.bins, mask.map_length());

@@ -10,7 +10,7 @@ use airframe::{HingeMoment, LoadEstimator, LoadParameters, LoadReading, products
 use anyhow::Result;
 use clap::Args;
 use domain::{
-    AirData, LoadSource, Strain,
+    AirData, LoadSource, Strain, range,
     sensor_configuration::{Side, Surface},
     upload::{STRAIN_SENSORS, TEMPERATURE_SENSORS},
 };
@@ -114,8 +114,9 @@ impl<'a> Cases<'a> {
     }
 
     fn case(&self, row: usize) -> Result<Case, Failure> {
-        let peaks =
-            |columns: &[Column]| columns.iter().map(|column| column.optional_number(row)).collect::<Result<_, _>>();
+        let peaks = |columns: &[Column]| {
+            columns.iter().map(|one| one.optional_within(row, range::WAVELENGTH)).collect::<Result<_, _>>()
+        };
         Ok(Case {
             air_data: self.air_data(row)?,
             strain: Strain {
@@ -127,7 +128,9 @@ impl<'a> Cases<'a> {
 
     /// All five, or none.
     fn air_data(&self, row: usize) -> Result<Option<AirData>, Failure> {
-        let fields = self.air_data.iter().map(|column| column.optional_number(row)).collect::<Result<Vec<_>, _>>()?;
+        let ranges = [range::DYNAMIC_PRESSURE, range::ANGLE, range::ROLL_RATE, range::ANGLE, range::ANGLE];
+        let fields = self.air_data.iter().zip(ranges).map(|(column, range)| column.optional_within(row, range));
+        let fields = fields.collect::<Result<Vec<_>, _>>()?;
         let [Some(q), Some(alpha), Some(p), Some(flap), Some(aileron)] = fields[..] else { return Ok(None) };
         Ok(Some(AirData {
             dynamic_pressure_pa: q,

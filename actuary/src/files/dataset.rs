@@ -6,7 +6,10 @@ use std::{
     path::Path,
 };
 
-use domain::{FaultVector, LoadRatio};
+use domain::{
+    FaultVector, LoadRatio,
+    range::{self, Range},
+};
 use pipeline::Dataset;
 
 use super::{
@@ -30,16 +33,18 @@ pub struct Maps {
     pub load_ratios: Vec<Option<LoadRatio>>,
 }
 
-/// Reads what a diagnosis may see of a folder: never `K.csv`.
-pub fn read_maps(folder: &Path) -> Result<Maps, Failure> {
+/// Reads what a diagnosis of motors of this back-EMF constant, V s/rad, may see of a folder: never `K.csv`. Values are
+/// those that an upload may have.
+pub fn read_maps(folder: &Path, k_nom: f64) -> Result<Maps, Failure> {
     let bins = angles(folder)?.len();
     let y = matrix(&folder.join("Y.csv"), bins)?;
-    let maps = (0..y.rows()).map(|row| optional_numbers(&y, row)).collect::<Result<_, _>>()?;
+    let maps =
+        (0..y.rows()).map(|row| optional_numbers(&y, row, Range::of_samples(k_nom))).collect::<Result<_, _>>()?;
     let load_ratios = if let Some(ratios) = ratios_per_point(folder, y.rows(), bins)? {
-        let per_sample = |row| optional_numbers(&ratios, row).map(|r| Some(LoadRatio::PerSample(r)));
+        let per_sample = |row| optional_numbers(&ratios, row, range::LOAD_RATIO).map(|r| Some(LoadRatio::PerSample(r)));
         (0..y.rows()).map(per_sample).collect::<Result<_, _>>()?
     } else if let Some(means) = mean_ratios(folder, y.rows())? {
-        let mean = |row| means.column("r")?.optional_number(row).map(|r| r.map(LoadRatio::Mean));
+        let mean = |row| means.column("r")?.optional_within(row, range::LOAD_RATIO).map(|r| r.map(LoadRatio::Mean));
         (0..y.rows()).map(mean).collect::<Result<_, _>>()?
     } else {
         vec![None; y.rows()]
@@ -142,8 +147,8 @@ fn optional(file: &Path, open: impl Fn(&Path) -> Result<Table, Failure>) -> Resu
     file.exists().then(|| open(file)).transpose()
 }
 
-fn optional_numbers(table: &Table, row: usize) -> Result<Vec<Option<f64>>, Failure> {
-    (0..table.columns()).map(|index| table.column_at(index).optional_number(row)).collect()
+fn optional_numbers(table: &Table, row: usize, range: Range) -> Result<Vec<Option<f64>>, Failure> {
+    (0..table.columns()).map(|index| table.column_at(index).optional_within(row, range)).collect()
 }
 
 fn ratios_of_row(table: &Table, row: usize) -> Result<Vec<f64>, Failure> {

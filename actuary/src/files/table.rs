@@ -11,6 +11,8 @@ use std::{fmt, fs, path::Path};
 
 use csv::{ErrorKind, ReaderBuilder, StringRecord, Trim};
 
+use domain::range::Range;
+
 use crate::exit::Failure;
 
 /// What stands for a missing value besides an empty field, in any case of letters: as numpy and C, pandas, R, SQL and JSON, Python,
@@ -290,6 +292,15 @@ impl<'a> Column<'a> {
         }
     }
 
+    /// The number in a row (from 0), if there is one, as an upload would have to give it.
+    pub fn optional_within(&self, row: usize, range: Range) -> Result<Option<f64>, Failure> {
+        let number = self.optional_number(row)?;
+        match number.and_then(|number| range.refusal(number)) {
+            Some(refusal) => Err(self.refuse(row, refusal)),
+            None => Ok(number),
+        }
+    }
+
     /// The finite numbers of all rows.
     pub fn numbers(&self) -> Result<Vec<f64>, Failure> {
         (0..self.table.rows()).map(|row| self.number(row)).collect()
@@ -341,6 +352,15 @@ mod tests {
         let table = open(&file).unwrap();
         let of_row = |row| (0..table.columns()).map(|i| table.column_at(i).optional_number(row).unwrap()).collect();
         (0..table.rows()).map(of_row).collect()
+    }
+
+    #[test]
+    fn a_number_outside_what_an_upload_may_give_is_told_with_its_place() {
+        let within = |file: &Path| {
+            let table = Table::open(file)?;
+            table.column("q")?.optional_within(1, domain::range::DYNAMIC_PRESSURE)
+        };
+        assert_eq!(said(b"q\n8.8\n-3\n", within), ", row 3, column q: -3 is outside 0 to 1000000 Pa");
     }
 
     #[test]
