@@ -346,7 +346,7 @@ mod tests {
                 inner: list().next(),
                 list: list().collect(),
                 map: (0..).zip(list()).collect(),
-                kind: list().last().map_or(Kind::Unit, Kind::New),
+                kind: list().next_back().map_or(Kind::Unit, Kind::New),
                 pair: (1, 2.5),
             };
             prop_assert_eq!(from_slice::<Outer>(&serde_json::to_vec(&outer).unwrap()).unwrap(), outer);

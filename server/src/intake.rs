@@ -216,7 +216,7 @@ mod tests {
             let mut cut = Cut::default();
             let ended = whole.chunks(size).filter(|part| cut.advance(part)).count();
             prop_assert_eq!(cut.unfinished(), 0);
-            prop_assert!(ended <= lengths.len() && (ended > 0) == !lengths.is_empty());
+            prop_assert!(ended <= lengths.len() && (ended > 0) != lengths.is_empty());
             let short = message(20);
             let short = &short[..short.len() - left_out];
             for part in short.chunks(size) {

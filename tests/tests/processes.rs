@@ -55,7 +55,7 @@ async fn a_service_tells_how_it_is_and_ends_when_asked() {
         Service::spawn(command.args(["serve", "--port", "0", "--health-port", "0", "--database-url", &url])).unwrap();
     let probe = |path: &str| run(&["healthcheck", "--url", &format!("{}{path}", service.url)]).status.code();
     assert_eq!((probe("/healthz"), probe("/readyz"), probe("/nothing")), (Some(0), Some(0), Some(1)));
-    refused(&["healthcheck", "--url", "http://127.0.0.1:9/readyz"], 3, "no answer");
+    refused(&["healthcheck", "--url", "http://127.0.0.1:9/readyz"], 3, "no service answers");
 
     // A client that never ends its request, and work under way, hold nothing up.
     let mut half_open = TcpStream::connect(service.url.trim_start_matches("http://")).unwrap();

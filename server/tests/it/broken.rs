@@ -71,7 +71,7 @@ fn head(content_type: &str, bytes: usize) -> String {
 async fn say_and_leave(house: &House, said: &[u8]) {
     let mut stream = house.dial().await;
     stream.write_all(said).await.unwrap();
-    if said.len() % 2 == 0 {
+    if said.len().is_multiple_of(2) {
         // Gone without a word, rather than in good order.
         stream.set_zero_linger().unwrap();
     }

@@ -182,6 +182,6 @@ async fn a_component_that_uploads_contradict_says_so() {
     body["recorded_at"] = json!("2026-03-02T00:00:00Z");
     assert_eq!(house.upload("EC-MXA", &body).await.status(), 202);
     let html = page(&house, "/tails/EC-MXB/positions/AIL-L").await;
-    let words = "From 2026-03-02 00:00 on, uploads saw it on EC-MXA, AIL-L; but WO-5 says that EMA-500 &#60;b&#62;EC-MXA&#60;/b&#62; is on EC-MXB, AIL-L.";
+    let words = "2026-03-02 00:00: uploads from late on saw it on EC-MXA, AIL-L; but WO-5 says: EMA-500 &#60;b&#62;EC-MXA&#60;/b&#62; is installed at AIL-L of EC-MXB.";
     assert!(html.contains(words), "{html}");
 }

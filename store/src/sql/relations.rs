@@ -229,6 +229,20 @@ const RELATIONS: &[Relation] = &[
     },
     Relation {
         table: "component_queue",
+        detail: "it is missing, though it has uploads",
+        sql: of_component!(
+            "components",
+            "
+        exists (
+          select 1 from uploads u
+          where u.operator = k.operator and u.part_number = k.part_number and u.serial_number = k.serial_number)
+        and not exists (
+          select 1 from component_queue q
+          where q.operator = k.operator and q.part_number = k.part_number and q.serial_number = k.serial_number)"
+        ),
+    },
+    Relation {
+        table: "component_queue",
         detail: "it does not wait, though its uploads do",
         sql: of_component!(
             "inbox",

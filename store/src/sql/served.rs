@@ -151,6 +151,11 @@ impl Engine {
             let found_failed = failed.map(|hours| (component, hours)).into_iter().collect();
             displaced.push(row.installed(None, &found_failed)?);
         }
+        // Several may have lost the same place.
+        displaced.sort_by(|a, b| {
+            let by_place = (&a.tail, &a.position).cmp(&(&b.tail, &b.position));
+            by_place.then_with(|| (&a.part_number, &a.serial_number).cmp(&(&b.part_number, &b.serial_number)))
+        });
         Ok(displaced)
     }
 

@@ -2,12 +2,15 @@ use std::collections::BTreeSet;
 
 use store::Store;
 
-use crate::fixture::{
-    Database, component,
-    everything::{everything, make_anew},
-    operator,
-    raw::Raw,
-    tail,
+use crate::{
+    BACKEND,
+    fixture::{
+        Backend, Database, component,
+        everything::{everything, make_anew},
+        operator,
+        raw::Raw,
+        tail,
+    },
 };
 
 /// Tables whose rows no answer rests on, and those that say themselves what they are.
@@ -18,6 +21,13 @@ const CACHE: &str = "checkpoints";
 const VOLATILE: [&str; 1] = ["touched_revision"];
 /// Tables of which a row can vanish without a word: caches, and records that nothing else tells of.
 const SILENT: [&str; 5] = [CACHE, "states", "prognoses", "exclusions", "retried"];
+
+/// Whether a row of this table that another operator's name stands in is lost behind a wall: Postgres lets nobody look
+/// behind that of an operator whom it does not know, and no other row tells that it is missing.
+fn is_lost(table: &str, column: &str) -> bool {
+    let untold = table == "estimates" || SILENT.contains(&table);
+    BACKEND == Backend::Postgres && column == "operator" && untold
+}
 
 /// What is told of the database, one line for each damage.
 async fn told(store: &Store) -> Vec<String> {
@@ -52,7 +62,8 @@ async fn a_changed_value_of_any_column_is_told_and_a_sound_database_is_not() {
     for table in raw.tables().await.into_iter().filter(|table| !unsealed(table)) {
         let key = raw.key(&table).await;
         raw.execute(&format!("create temp table saved as select * from {table}")).await.unwrap();
-        for column in raw.columns(&table).await.into_iter().filter(|one| !VOLATILE.contains(&one.name.as_str())) {
+        let told_of = |name: &str| !VOLATILE.contains(&name) && !is_lost(&table, name);
+        for column in raw.columns(&table).await.into_iter().filter(|column| told_of(&column.name)) {
             let (name, value) = (&column.name, column.changed());
             let update = format!(
                 "update {table} set {name} = {value}
