@@ -25,7 +25,8 @@ const SILENT: [&str; 5] = [CACHE, "states", "prognoses", "exclusions", "retried"
 /// Whether a row of this table that another operator's name stands in is lost behind a wall: Postgres lets nobody look
 /// behind that of an operator whom it does not know, and no other row tells that it is missing.
 fn is_lost(table: &str, column: &str) -> bool {
-    let untold = table == "estimates" || SILENT.contains(&table);
+    // Estimates of generations that answer no longer, and installations that have ended.
+    let untold = ["estimates", "installations"].contains(&table) || SILENT.contains(&table);
     BACKEND == Backend::Postgres && column == "operator" && untold
 }
 

@@ -99,7 +99,7 @@ fn in_order(one: &Effect, other: &Effect) -> Ordering {
 fn plain(body: &[u8], volatile: &[&str]) -> Value {
     match serde_json::from_slice(body) {
         Ok(value) => without(value, volatile),
-        Err(_) => Value::String(String::from_utf8_lossy(body).into_owned()),
+        Err(_) => Value::String(without_receipt(&String::from_utf8_lossy(body))),
     }
 }
 
@@ -110,17 +110,21 @@ fn without(value: Value, volatile: &[&str]) -> Value {
             Value::Object(kept.map(|(name, value)| (name, without(value, volatile))).collect())
         }
         Value::Array(items) => Value::Array(items.into_iter().map(|item| without(item, volatile)).collect()),
-        Value::String(text) => Value::String(without_receipt(text)),
+        Value::String(text) => Value::String(without_receipt(&text)),
         other => other,
     }
 }
 
-/// A reason without the receipt by which it was found: a retry is judged by its own time, and the fresh service has
-/// nothing to try again.
-fn without_receipt(text: String) -> String {
-    let parts = text.split_once(" hours after it was received at ");
-    let parts = parts.and_then(|(before, after)| Some((before.rsplit_once(' ')?.0, after.split_once(';')?.1)));
-    parts.map_or(text.clone(), |(before, after)| format!("{before}...{after}"))
+/// A text whose reasons do without the receipts by which they were found: a retry is judged by its own time, and the
+/// fresh service has nothing to try again.
+fn without_receipt(text: &str) -> String {
+    let mut parts = text.split(" hours after it was received at ");
+    let mut kept = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        kept.truncate(kept.rfind(' ').unwrap_or_default());
+        kept.push_str(part.split_once(';').map_or(part, |(_, after)| after));
+    }
+    kept
 }
 
 /// Where two answers differ first.
