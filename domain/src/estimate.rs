@@ -75,10 +75,10 @@ impl Estimate {
             .then_with(|| self.upload_id.cmp(&other.upload_id))
     }
 
-    /// Whether another estimate of the component rests on the same measurement.
-    pub fn repeats(&self, other: &Self) -> bool {
-        let moment = |estimate: &Self| (estimate.flight_hours.to_bits(), estimate.recorded_at, estimate.mask_id);
-        self.measurement.is_some() && self.measurement == other.measurement && moment(self) == moment(other)
+    /// What tells the measurement from any other of the component: hours, time, mask and samples, by their digest;
+    /// `None` where that was not kept.
+    pub fn measured(&self) -> Option<(u64, Timestamp, ContentHash, ContentHash)> {
+        self.measurement.map(|samples| (self.flight_hours.to_bits(), self.recorded_at, self.mask_id, samples))
     }
 
     /// The diagnosis, when there is one whose residual is plausible: what a filter may use.

@@ -1,7 +1,7 @@
 //! The course of a life: what counts of it, in closed blocks, each with the digest of all that its state
 //! rests on.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use domain::{
     ContentHash, Estimate, NUMERICS_VERSION, Outcome, SetAside, SetAsideReason, State, UploadId, prognosis::Gap,
@@ -153,24 +153,20 @@ impl Unusable {
 
 /// Of estimates of the same measurement, given in the order of the life, all but the first.
 fn repeated_measurements(estimates: &[Estimate]) -> Vec<SetAside> {
-    let mut first: Vec<&Estimate> = Vec::new();
+    let mut first: HashMap<_, &UploadId> = HashMap::new();
     let mut repeated = Vec::new();
     for estimate in estimates {
-        // Those of equal hours and time follow one another in the order of the life.
-        if first.last().is_some_and(|last| last.flight_hours < estimate.flight_hours) {
-            first.clear();
-        }
-        match first.iter().find(|other| estimate.repeats(other)) {
-            None => first.push(estimate),
-            Some(other) => repeated.push(SetAside {
+        let Some(measured) = estimate.measured() else { continue };
+        let known = *first.entry(measured).or_insert(&estimate.upload_id);
+        if *known != estimate.upload_id {
+            repeated.push(SetAside {
                 upload_id: estimate.upload_id.clone(),
                 reason: SetAsideReason::RepeatedMeasurement,
                 detail: format!(
-                    "the same measurement as upload {}: equal hours, time, mask and samples. A measurement that is \
-                     sent again keeps its upload_id",
-                    other.upload_id
+                    "the same measurement as upload {known}: equal hours, time, mask and samples. A measurement that is \
+                     sent again keeps its upload_id"
                 ),
-            }),
+            });
         }
     }
     repeated

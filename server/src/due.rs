@@ -77,8 +77,8 @@ impl Place {
     fn order(&self, other: &Self) -> Ordering {
         let by_urgency = self.part.cmp(&other.part).then(other.p.total_cmp(&self.p));
         let by_hours = by_urgency.then(self.remaining_fh.total_cmp(&other.remaining_fh));
-        let name = |place: &Self| (place.tail.clone(), place.position.clone(), place.unit);
-        by_hours.then_with(|| name(self).cmp(&name(other)))
+        let by_place = by_hours.then_with(|| (&self.tail, &self.position).cmp(&(&other.tail, &other.position)));
+        by_place.then(self.unit.cmp(&other.unit))
     }
 
     fn to_cursor(&self) -> String {
