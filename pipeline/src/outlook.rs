@@ -73,7 +73,7 @@ pub struct Outlook {
     pub states_from: Option<u64>,
     /// New states.
     pub states: Vec<State>,
-    /// For the newest data; `None` for a life without estimates.
+    /// For the newest data; `None` for a life without estimates, and where newer data wait and no state is new.
     pub prognosis: Option<Prognosis>,
     /// The estimates that neither rests on, with the reason for each.
     pub excluded: Vec<SetAside>,
@@ -102,13 +102,15 @@ impl Model {
     /// States and prognosis of a life.
     ///
     /// `known` are its stored states, by block; `recalled` is one of the filters that
-    /// [`Course::recallable`] asks for, or none.
+    /// [`Course::recallable`] asks for, or none. Where newer data of the life wait already (`superseded`), a forecast that
+    /// would differ from the last one by an open block only is left to them.
     pub fn outlook(
         &self,
         context: &LifeContext,
         course: &Course,
         known: &[State],
         recalled: Option<Checkpoint>,
+        superseded: bool,
     ) -> Result<Outlook, OutlookError> {
         let mut outlook = Outlook {
             states_from: first_block(known),
@@ -123,6 +125,9 @@ impl Model {
         outlook.states_from = states_from(course, known, standing);
         let mut walk = Walk { model: self, context, course, recalled };
         outlook.latest = walk.follow(standing, &mut outlook.states, &mut outlook.checkpoints)?;
+        if superseded && outlook.states_from.is_none() && standing > 0 {
+            return Ok(outlook);
+        }
         let last_state = outlook.states.last().or(known[..standing].last());
         let forecast = match (&outlook.latest, last_state) {
             (Some(latest), Some(state)) if course.in_closed_blocks() >= MIN_OBSERVATIONS => {

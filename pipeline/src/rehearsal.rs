@@ -350,7 +350,7 @@ impl Model {
         };
         let life = Life { component, overhaul_index: 0 };
         let context = LifeContext { life: &life, generation: 1, prior: self.prior(), began_fh: 0.0 };
-        let outlook = self.outlook(&context, &self.course(&context, &history), &[], None)?;
+        let outlook = self.outlook(&context, &self.course(&context, &history), &[], None, false)?;
         let none = |found: String| RehearsalError::Forecast { life: "with a history has no forecast", found };
         match outlook.prognosis.map(|prognosis| prognosis.forecast) {
             Some(Ok(forecast)) => Ok(forecast),

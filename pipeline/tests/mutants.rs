@@ -98,7 +98,7 @@ impl Answers {
         };
         let life = Life { component, overhaul_index: 0 };
         let context = LifeContext { life: &life, generation: 1, prior: model.prior(), began_fh: 0.0 };
-        let outlook = model.outlook(&context, &model.course(&context, &history), &[], None).unwrap();
+        let outlook = model.outlook(&context, &model.course(&context, &history), &[], None, false).unwrap();
         let forecast = outlook.prognosis.unwrap().forecast.unwrap();
         self.medians_fh.push(forecast.rul.quantile_fh(0.5).unwrap_or(10_000.0));
         self.failed.push(forecast.probability_failed);

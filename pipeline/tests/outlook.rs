@@ -25,7 +25,7 @@ fn life() -> Life {
 fn outlook(model: &Model, estimates: &[Estimate], known: &[State]) -> Outlook {
     let life = life();
     let context = LifeContext { life: &life, generation: 1, prior: model.prior(), began_fh: 0.0 };
-    model.outlook(&context, &model.course(&context, estimates), known, None).unwrap()
+    model.outlook(&context, &model.course(&context, estimates), known, None, false).unwrap()
 }
 
 /// Estimates every four hours of a short that grows exponentially.
@@ -281,10 +281,30 @@ fn a_recalled_filter_changes_nothing() {
         let known = &whole.states[..standing.min(whole.states.len())];
         let wanted = course.recallable(known).contains(&(kept.block, kept.digest));
         assert_eq!(wanted, known.iter().any(|state| state.block == kept.block), "{count} of {standing}");
-        let recalled = model.outlook(&context, &course, known, Some(kept)).unwrap();
+        let recalled = model.outlook(&context, &course, known, Some(kept), false).unwrap();
         assert_eq!(recalled.states, whole.states[known.len()..]);
         assert_eq!((recalled.prognosis, recalled.latest), (whole.prognosis.clone(), whole.latest.clone()));
     }
+}
+
+/// Where newer data wait, only a forecast that no new state calls for is left to them.
+#[test]
+fn a_superseded_forecast_is_left_out_unless_a_block_was_closed() {
+    let (model, life) = (model(), life());
+    let context = LifeContext { life: &life, generation: 1, prior: model.prior(), began_fh: 0.0 };
+    let all = estimates(&model, 62);
+    let superseded = |count: usize, known: &[State]| {
+        let course = model.course(&context, &all[..count]);
+        model.outlook(&context, &course, known, None, true).unwrap()
+    };
+    let whole = outlook(&model, &all[..60], &[]);
+    let known = &whole.states;
+    let waiting = superseded(61, known);
+    assert_eq!((waiting.states_from, waiting.prognosis), (None, None));
+    assert_eq!(waiting.latest, whole.latest);
+    assert_eq!(superseded(60, &known[..known.len() - 1]).prognosis, whole.prognosis, "a block was closed");
+    let young = outlook(&model, &all[..2], &[]);
+    assert_eq!(superseded(2, &[]).prognosis, young.prognosis, "nothing was forecast before");
 }
 
 /// A healthy life of 40 uploads, and one of `behind` a few hours apart from 3,200 hours on, with that much of a short.

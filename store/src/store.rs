@@ -403,6 +403,11 @@ impl Store {
         backend!(self, life_inputs(lease))
     }
 
+    /// Whether a life of the leased component has inputs that were stored since the lease.
+    pub async fn newer_input_waits(&self, lease: &Lease, overhaul_index: u32) -> Result<bool, StoreError> {
+        backend!(self, newer_input_waits(lease, overhaul_index))
+    }
+
     /// The checkpoint of the latest block among `wanted` that is stored with the digest wanted, of one
     /// generation of a life. A damaged one is as if it were not there.
     pub async fn checkpoint(

@@ -46,16 +46,18 @@ impl Reading {
         self.course.recallable(&self.known)
     }
 
-    /// The results, and the filter from which the life goes on.
+    /// The results, and the filter from which the life goes on; newer inputs of the life wait already if it is
+    /// `superseded`.
     pub fn judge(
         self,
         model: &Model,
         recalled: Option<Checkpoint>,
+        superseded: bool,
         now: Timestamp,
     ) -> Result<(LifeResults, Option<Checkpoint>), OutlookError> {
         let Self { life, generation, began_fh, prior, .. } = &self;
         let context = LifeContext { life, generation: *generation, prior, began_fh: *began_fh };
-        let outlook = model.outlook(&context, &self.course, &self.known, recalled)?;
+        let outlook = model.outlook(&context, &self.course, &self.known, recalled, superseded)?;
         let results = LifeResults {
             overhaul_index: self.life.overhaul_index,
             generation: self.generation,

@@ -45,7 +45,7 @@ impl Analyst {
         let mut analysis = Analysis { results: Vec::new(), latest: Vec::new() };
         for inputs in self.store.life_inputs(lease).await? {
             let (life, generation) = (inputs.life.clone(), inputs.generation.number);
-            let (results, latest) = self.analyse_life(inputs, now).await?;
+            let (results, latest) = self.analyse_life(lease, inputs, now).await?;
             analysis.results.push(results);
             analysis.latest.extend(latest.map(|latest| (life, generation, latest)));
         }
@@ -68,6 +68,7 @@ impl Analyst {
 
     async fn analyse_life(
         &self,
+        lease: &Lease,
         inputs: LifeInputs,
         now: Timestamp,
     ) -> Result<(LifeResults, Option<Checkpoint>), WorkerError> {
@@ -78,7 +79,8 @@ impl Analyst {
         let (reader, read_by) = (model.clone(), prior.clone());
         let reading = spawn_blocking(move || analysis::read(&reader, read_by, &masks, inputs)).await?;
         let recalled = self.recall(reading.life(), &reading.recallable(), (&model, &prior)).await?;
-        Ok(spawn_blocking(move || reading.judge(&model, recalled, now)).await??)
+        let superseded = self.store.newer_input_waits(lease, reading.life().0.overhaul_index).await?;
+        Ok(spawn_blocking(move || reading.judge(&model, recalled, superseded, now)).await??)
     }
 
     /// A filter of the life after one of these blocks: the newest from memory, or an older one from the store.

@@ -2,9 +2,12 @@
 
 mod common;
 
-use common::{now, store, upload, work};
+use std::time::Duration;
+
+use common::{now, settings, store, upload, work};
 use domain::{Actor, Coordinate, Mask, OperatorId, SetAsideReason};
 use store::{Receipt, UploadState};
+use worker::Analyst;
 
 #[tokio::test]
 async fn uploads_become_estimates_states_and_a_prognosis() {
@@ -117,6 +120,34 @@ async fn a_retried_upload_is_judged_by_the_clock_of_its_retry_also_when_results_
     work(&store).await;
     assert_eq!(store.digest().await.unwrap(), digest);
     assert!(store.verify().await.unwrap().damaged.is_empty());
+}
+
+/// Nothing is forecast for data that are not the newest; the estimate is kept.
+#[tokio::test]
+async fn a_forecast_is_left_to_newer_uploads_that_wait() {
+    let folder = tempfile::tempdir().unwrap();
+    let (store, model) = store(&folder).await;
+    let operator = OperatorId::default();
+    let mask = &model.bundle().masks[0];
+    let analyst = Analyst::new(store.clone(), settings().clock);
+    let accept = async |index| store.accept(&operator, upload(&model, mask, index), now()).await.unwrap();
+    let lease = async || store.lease(Duration::from_secs(60)).await.unwrap().unwrap();
+    let forecast_at = async || {
+        let installed = store.installed(&operator, &"EC-MXA".parse().unwrap()).await.unwrap();
+        installed[0].prognosis.as_ref().unwrap().as_of.flight_hours
+    };
+    for index in 0..17 {
+        accept(index).await;
+    }
+    work(&store).await;
+    accept(17).await;
+    let first = lease().await;
+    accept(18).await;
+    analyst.serve(&first).await.unwrap();
+    let record = store.upload(&operator, &"u17".parse().unwrap()).await.unwrap().unwrap();
+    assert_eq!((record.state, forecast_at().await), (UploadState::Processed, 64.0));
+    analyst.serve(&lease().await).await.unwrap();
+    assert_eq!(forecast_at().await, 72.0);
 }
 
 /// A worker that has never seen a life goes on from the checkpoint that another one left.

@@ -24,6 +24,12 @@ impl Engine {
         }
         Ok(inputs)
     }
+
+    pub(crate) async fn newer_input_waits(&self, lease: &Lease, overhaul_index: u32) -> Result<bool, StoreError> {
+        let mut transaction = self.read(&lease.component.operator).await?;
+        let waiting = lives::waiting(&mut transaction, &lease.component, lease.input_revision).await?;
+        Ok(waiting.iter().any(|life| life.pointer.overhaul_index == i64::from(overhaul_index)))
+    }
 }
 
 async fn inputs_of(

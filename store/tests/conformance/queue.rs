@@ -51,7 +51,10 @@ async fn an_upload_during_processing_leaves_its_component_waiting() {
     accept(&store, "u1", "0001").await;
     let first = lease(&store).await;
     let inputs = life_inputs(&store, &first).await;
+    assert!(!store.newer_input_waits(&first, 0).await.unwrap());
     accept(&store, "u2", "0001").await;
+    assert!(store.newer_input_waits(&first, 0).await.unwrap());
+    assert!(!store.newer_input_waits(&first, 1).await.unwrap(), "of another life");
     assert_eq!(store.complete(&first, vec![results(&inputs)]).await.unwrap(), Completion::Done);
     assert_eq!(store.pending().await.unwrap(), 1);
     let second = lease(&store).await;
