@@ -1,6 +1,6 @@
 //! One load estimate: twelve gratings and air data to the products and both hinge moments.
 
-#[path = "../tests/cases/mod.rs"]
+#[path = "../tests/it/cases/mod.rs"]
 mod cases;
 
 use std::hint::black_box;

@@ -1,6 +1,6 @@
 //! One diagnosis, samples of 30 points and load ratio per sample to a fault vector with sigmas, and its network.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/it/common/mod.rs"]
 mod common;
 
 use std::hint::black_box;

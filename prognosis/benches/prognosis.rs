@@ -1,8 +1,8 @@
 //! What one online step and one forecast cost.
 
-#[path = "../tests/labelled/mod.rs"]
+#[path = "../tests/it/labelled/mod.rs"]
 mod labelled;
-#[path = "../tests/simulated/mod.rs"]
+#[path = "../tests/it/simulated/mod.rs"]
 mod simulated;
 
 use std::{hint::black_box, path::Path};

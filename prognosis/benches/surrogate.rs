@@ -1,6 +1,6 @@
 //! What one evaluation of the boundary costs.
 
-#[path = "../tests/labelled/mod.rs"]
+#[path = "../tests/it/labelled/mod.rs"]
 mod labelled;
 
 use std::{hint::black_box, path::Path};

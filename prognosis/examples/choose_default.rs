@@ -7,9 +7,9 @@
 //! cargo run -p prognosis --example choose_default
 //! ```
 
-#[path = "../tests/histories/mod.rs"]
+#[path = "../tests/it/histories/mod.rs"]
 mod histories;
-#[path = "../tests/labelled/mod.rs"]
+#[path = "../tests/it/labelled/mod.rs"]
 mod labelled;
 
 use std::path::Path;

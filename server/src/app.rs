@@ -15,6 +15,7 @@ use axum::{
     routing::get,
 };
 use domain::Permission;
+use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 use tonic::Status;
 use tower_http::catch_panic::CatchPanicLayer;
@@ -43,6 +44,9 @@ pub struct Context {
     pub state: State,
     /// The room for bodies that are still coming in.
     pub budget: Budget,
+    /// Held while an item of a sequence is read: sequences take turns, so that however many come in at once, one of them at
+    /// a time keeps others from a thread.
+    pub turn: Semaphore,
     /// Masks that were read before.
     pub masks: Masks,
     /// Cancelled when the service begins to stop: streams end then.
@@ -60,7 +64,9 @@ impl Deref for Shared {
 pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> Router {
     let hosts: Arc<[HostName]> = state.hosts.clone().into();
     let gate = Arc::new(Gate::new(state.store.clone(), state.clock.clone(), closed));
-    let shared = Shared(Arc::new(Context { state, budget: Budget::default(), masks: Masks::default(), stopping }));
+    let context =
+        Context { state, budget: Budget::default(), turn: Semaphore::new(1), masks: Masks::default(), stopping };
+    let shared = Shared(Arc::new(context));
     let rest = routes()
         .0
         .method_not_allowed_fallback(|| async { Refusal::MethodNotAllowed })

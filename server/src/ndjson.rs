@@ -49,6 +49,7 @@ fn encode(result: &LineResult) -> Bytes {
 
 async fn judge(shared: &Shared, caller: &Caller, tail: TailNumber, line: Line) -> Judged {
     let refused = |refusal| Judged { number: line.number, upload_id: None, outcome: Err(refusal) };
+    let _turn = shared.turn.acquire().await;
     let body: UploadBody = match line.text.and_then(|text| Ok(json::parse(&text)?)) {
         Ok(body) => body,
         Err(refusal) => return refused(refusal),

@@ -82,6 +82,7 @@ fn acknowledgements(
 }
 
 async fn judge(shared: &Shared, caller: &Caller, number: u64, message: v1::UploadRequest) -> Judged {
+    let _turn = shared.turn.acquire().await;
     let upload_id = message.upload_id.parse().ok();
     let outcome = match into_upload(message) {
         Ok(upload) => check(shared, caller, upload).await,

@@ -16,7 +16,7 @@ pub(crate) async fn migrate(url: &str, service_role: Option<&str>) -> Result<(),
     let mut connection = PgConnection::connect_with(&options).await?;
     check_server(&mut connection).await?;
     schema_version(&mut connection).await?;
-    let mut migrator: Migrator = sqlx::migrate!("../migrations/postgres");
+    let mut migrator: Migrator = sqlx_macros::migrate!("../migrations/postgres");
     // A newer build may have added migrations that this one can live with: min_binary says so. Each one is a
     // transaction; of two processes that migrate at the same time, one fails and changes nothing.
     migrator.set_ignore_missing(true).set_locking(false);

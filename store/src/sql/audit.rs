@@ -181,7 +181,7 @@ fn chain_column(operator: Option<&OperatorId>) -> &str {
     operator.map_or(INSTALLATION, OperatorId::as_str)
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct AuditRow {
     sequence: i64,
     body: Body,

@@ -189,7 +189,7 @@ async fn thin_out(connection: &mut Connection, component: &Component, pointer: L
     Ok(())
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct CheckpointRow {
     #[sqlx(flatten)]
     key: ComponentColumns,

@@ -24,7 +24,7 @@ pub(super) struct Ending {
     pub(super) failure_fh: f64,
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct EndingRow {
     #[sqlx(flatten)]
     life: LifeRow,

@@ -93,7 +93,7 @@ macro_rules! events {
 }
 use events;
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 pub(super) struct EventRow {
     #[sqlx(flatten)]
     key: ComponentColumns,

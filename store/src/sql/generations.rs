@@ -55,7 +55,7 @@ impl Engine {
     }
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct UseRow {
     model: Vec<u8>,
     answering: i64,
@@ -97,7 +97,7 @@ impl GenerationRow {
 }
 
 /// A generation with its life.
-#[derive(Debug, Clone, sqlx::FromRow)]
+#[derive(Debug, Clone, sqlx_macros::FromRow)]
 struct JudgedRow {
     #[sqlx(flatten)]
     generation: GenerationRow,

@@ -43,7 +43,7 @@ pub(super) async fn tell<'a>(
     Ok(())
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct CountRow {
     #[sqlx(flatten)]
     key: ComponentColumns,

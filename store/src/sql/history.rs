@@ -99,7 +99,7 @@ impl StateRange {
     pub(super) const ALL: Self = Self { after: -1, from_fh: f64::MIN, to_fh: f64::MAX, limit: ALL };
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct EstimateRow {
     #[sqlx(flatten)]
     key: ComponentColumns,
@@ -274,7 +274,7 @@ pub(super) async fn insert_estimate(
     Ok(())
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct StateRow {
     #[sqlx(flatten)]
     key: ComponentColumns,

@@ -73,7 +73,7 @@ async fn unclaimed(
     rows.into_iter().map(|row| row.lesson(operator)).collect()
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct LessonRow {
     part_number: String,
     model: Vec<u8>,

@@ -18,7 +18,7 @@ const LIVES: &str = "lives";
 const FIRST: i64 = 1;
 
 /// Which life of a component is the newest, and which of its generations answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, sqlx::FromRow)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, sqlx_macros::FromRow)]
 pub(super) struct LifePointer {
     pub(super) overhaul_index: i64,
     pub(super) generation: i64,
@@ -342,7 +342,7 @@ pub(super) struct Waiting {
     pub(super) answering: i64,
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct WaitingRow {
     #[sqlx(flatten)]
     life: LifeRow,

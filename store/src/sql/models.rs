@@ -94,7 +94,7 @@ pub(super) async fn summary(connection: &mut Connection, model: &ContentHash) ->
     Ok(row.ok_or(StoreError::UnknownBundle(*model))?.record()?.summary)
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct BundleRow {
     hash: Vec<u8>,
     summary: Body,
@@ -120,7 +120,7 @@ impl BundleRow {
     }
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct MaskRow {
     mask_id: Vec<u8>,
     model: Vec<u8>,
@@ -238,7 +238,7 @@ pub(super) async fn seal(connection: &mut Connection) -> Result<(), StoreError> 
     Ok(())
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct WholeBundleRow {
     #[sqlx(flatten)]
     bundle: BundleRow,

@@ -72,7 +72,7 @@ pub(super) async fn newest(
     Ok(row.map(PriorRow::record).transpose()?.map(|prior| prior.hash))
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct PriorRow {
     operator: String,
     part_number: String,
@@ -152,7 +152,7 @@ impl Write for Add {
     }
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct WholePriorRow {
     #[sqlx(flatten)]
     prior: PriorRow,

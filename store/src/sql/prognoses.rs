@@ -65,7 +65,7 @@ fn name(component: &Component, pointer: LifePointer, fence: i64, issued_at: i64)
     (PROGNOSES, component, pointer.overhaul_index, pointer.generation, fence, issued_at)
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 pub(super) struct PrognosisRow {
     pub(super) fence: i64,
     pub(super) issued_at: i64,
@@ -146,7 +146,7 @@ pub(super) async fn withdraw(
 }
 
 /// A forecast that stands.
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct Standing {
     #[sqlx(flatten)]
     pointer: LifePointer,
@@ -193,7 +193,7 @@ async fn mark_withdrawn(
 
 /// Gives a checksum to what was withdrawn before withdrawals had any.
 pub(super) async fn seal(connection: &mut Connection) -> Result<(), StoreError> {
-    #[derive(sqlx::FromRow)]
+    #[derive(sqlx_macros::FromRow)]
     struct Withdrawn {
         #[sqlx(flatten)]
         key: ComponentColumns,
@@ -241,7 +241,7 @@ async fn from_hours(
     Ok(rows.bind_component(component).bind(life.overhaul_index).bind(flight_hours).fetch_all(connection).await?)
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct IssuedRow {
     #[sqlx(flatten)]
     key: ComponentColumns,
@@ -257,7 +257,7 @@ impl IssuedRow {
     }
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct WholeRow {
     #[sqlx(flatten)]
     issued: IssuedRow,

@@ -211,7 +211,7 @@ pub(super) async fn finish(connection: &mut Connection, lease: &Lease, now: Time
 }
 
 /// A component that can be leased.
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct Next {
     #[sqlx(flatten)]
     key: ComponentColumns,

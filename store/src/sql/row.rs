@@ -109,7 +109,7 @@ pub(super) fn count<T: TryFrom<i64>>(table: &str, value: i64) -> Result<T, Store
 }
 
 /// The key of a component, as the columns that lead every table.
-#[derive(Debug, Clone, sqlx::FromRow)]
+#[derive(Debug, Clone, sqlx_macros::FromRow)]
 pub(super) struct ComponentColumns {
     operator: String,
     part_number: String,

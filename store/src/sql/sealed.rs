@@ -73,7 +73,7 @@ macro_rules! sealed {
         values $values:literal where $condition:literal
     ) => {
         $(#[$doc])*
-        #[derive(Debug, Clone, PartialEq, sqlx::FromRow)]
+        #[derive(Debug, Clone, PartialEq, sqlx_macros::FromRow)]
         pub(super) struct $row {
             pub(super) $first: $first_type,
             $(pub(super) $key: $key_type,)*

@@ -94,7 +94,7 @@ pub(super) async fn in_force(
     Ok(unestimated)
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct ConfigurationRow {
     effective_from: i64,
     hash: Vec<u8>,
@@ -217,7 +217,7 @@ impl Add {
     }
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct BodyRow {
     operator: String,
     hash: Vec<u8>,
@@ -233,7 +233,7 @@ impl BodyRow {
     }
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct InForceRow {
     operator: String,
     tail: String,

@@ -207,7 +207,7 @@ async fn tail_rows(
     Ok(query.fetch_all(connection).await?)
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct InstalledRow {
     #[sqlx(flatten)]
     place: InstallationRow,

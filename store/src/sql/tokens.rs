@@ -64,7 +64,7 @@ macro_rules! tokens {
 }
 use tokens;
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct TokenRow {
     token_id: String,
     operator: String,

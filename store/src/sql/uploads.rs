@@ -117,7 +117,7 @@ async fn listed(
     rows.into_iter().map(UploadRow::upload).collect()
 }
 
-#[derive(sqlx::FromRow)]
+#[derive(sqlx_macros::FromRow)]
 struct UploadRow {
     #[sqlx(flatten)]
     key: ComponentColumns,

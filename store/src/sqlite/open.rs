@@ -257,7 +257,7 @@ async fn check_durability(connection: &mut SqliteConnection) -> Result<(), Store
 }
 
 pub(super) async fn migrate(connection: &mut SqliteConnection) -> Result<(), StoreError> {
-    let mut migrator: Migrator = sqlx::migrate!("../migrations/sqlite");
+    let mut migrator: Migrator = sqlx_macros::migrate!("../migrations/sqlite");
     // A newer build may have added migrations that this one can live with: min_binary says so.
     migrator.set_ignore_missing(true);
     migrator.run_direct(None, connection, false).await.map_err(|error| StoreError::Migration(Arc::new(error)))

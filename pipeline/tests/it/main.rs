@@ -1,0 +1,8 @@
+//! What the pipeline promises with the bundle that ships.
+
+mod chains;
+mod loads;
+mod mutants;
+mod outlook;
+mod rehearsal;
+mod training;

@@ -1,0 +1,4 @@
+//! What the reduction promises, against golden values.
+
+mod gappy;
+mod golden;

@@ -1,0 +1,7 @@
+//! What the store promises, on both databases and on each of them.
+
+mod conformance;
+mod fixture;
+mod postgres;
+mod sqlite;
+mod walls;

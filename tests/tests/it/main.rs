@@ -1,0 +1,22 @@
+//! The whole product from outside: its binary, its processes, its promises.
+
+mod architecture;
+mod backtest;
+mod chaos;
+mod command_line;
+mod compose;
+mod demo;
+mod docs;
+mod due;
+mod durability;
+mod files;
+mod in_process;
+mod loads;
+mod matrix;
+mod operations;
+mod order;
+mod outages;
+mod processes;
+mod simulation;
+mod token;
+mod upkeep;

@@ -1,0 +1,7 @@
+//! The worker between a real store and the bundle that ships.
+
+mod common;
+mod ending;
+mod lease;
+mod lesson;
+mod order;
