@@ -3,6 +3,8 @@
 mod audit;
 mod beside;
 mod damage;
+mod file;
+mod flips;
 mod migration;
 mod opening;
 mod writing;
