@@ -1,5 +1,7 @@
 //! Physics of the wing: from the flight condition to the loads on its control surfaces.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod beam;
 pub mod fbg;
 pub mod flight;

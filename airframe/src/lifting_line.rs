@@ -12,6 +12,8 @@
 //!   alone does not converge with N.
 //! - Source: Glauert 1926, "The elements of aerofoil and airscrew theory", chapter 11.
 
+#![allow(clippy::disallowed_methods, reason = "offline: a wing is described once")]
+
 use std::f64::consts::PI;
 
 use domain::AirData;

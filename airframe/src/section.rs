@@ -12,6 +12,8 @@
 //!   from a panel's first to its second boom.
 //! - Source: Megson 2013, "Aircraft structures for engineering students", chapters 20 and 23.
 
+#![allow(clippy::disallowed_methods, reason = "offline: a wing is described once")]
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::{

@@ -1,5 +1,7 @@
 //! The wing as aerodynamics sees it: planform, section and control surfaces.
 
+#![allow(clippy::disallowed_methods, reason = "offline: a wing is described once")]
+
 use serde::{Deserialize, Serialize};
 
 /// A straight wing, symmetric about y = 0; y in metres, positive to the right.

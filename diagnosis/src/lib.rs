@@ -4,6 +4,8 @@
 //! Online: [`Diagnoser::diagnose`], plain loops in a fixed order with libm, the same bits anywhere.
 //! Offline: [`train`] makes a [`Diagnoser`] from maps of known faults; [`validate`] measures one.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod chi_square;
 pub mod diagnoser;
 pub mod error_law;

@@ -3,6 +3,8 @@
 //! This crate never does I/O, never asks the time and holds no randomness of its own: clocks and
 //! seeds are arguments everywhere.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod audit;
 pub mod bundle_summary;
 pub mod component;

@@ -3,6 +3,8 @@
 //! Nothing here does I/O, asks the time or holds randomness of its own. Transcendental functions come
 //! from `libm`, so that a simulation gives the same bits on any x86-64.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod assessment;
 pub mod back_emf;
 pub mod closed_form;

@@ -5,6 +5,8 @@
 //! into states and a prognosis ([`Model::course`], [`Model::outlook`]). Nothing here does I/O or asks the
 //! time; the online functions give the same bits on any x86-64.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod bundle;
 mod chain;
 mod chronology;

@@ -229,6 +229,10 @@ impl Consistency {
 
 /// The limits that lives of a fleet keep to, each life given by its observations in order and filtered with the
 /// prior that they taught; offline, parallel over lives. `None` when they are too few to know.
+#[allow(
+    clippy::disallowed_methods,
+    reason = "learning: what is learned is named by its content, wherever it was learned"
+)]
 pub fn fit_consistency(
     histories: &[Vec<Observation>],
     model: &FaultModel,
@@ -256,6 +260,10 @@ pub fn fit_consistency(
 
 /// What greatest values exceed with probability [`FALSE_ALARMS`]: Gumbel's distribution with their deciles, so
 /// that some lives unlike the others do not matter.
+#[allow(
+    clippy::disallowed_methods,
+    reason = "learning: what is learned is named by its content, wherever it was learned"
+)]
 fn limit(mut greatest: Vec<f64>) -> f64 {
     greatest.sort_unstable_by(f64::total_cmp);
     let reduced = |probability: f64| -(-probability.ln()).ln();

@@ -7,6 +7,8 @@
 //!
 //! Everything but the learning is bit-reproducible: `libm` only, plain loops, fixed order.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod backtest;
 pub mod block;
 pub mod boundary;

@@ -5,6 +5,8 @@
 //! Online code ([`gappy`], [`load_invariant`], [`symmetric`]) uses plain loops in a fixed order, so
 //! its results are the same bits on any machine. Training a [`PodBasis`] is offline and uses faer.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod error;
 pub mod gappy;
 pub mod load_invariant;

@@ -12,6 +12,8 @@
 //! Requires: a multiple of 12 bins; commutations at 30, 90, ... electrical degrees.
 //! Source: Berri 2021, section 2.2 (sensor placement); QR pivots as in Manohar et al. 2018.
 
+#![allow(clippy::disallowed_methods, reason = "offline: a mask is chosen once")]
+
 use domain::{Coordinate, Mask, Stream};
 use faer::{Mat, Side};
 use serde::{Deserialize, Serialize};

@@ -7,6 +7,8 @@
 //! Requires: scale in (0, 1], power >= 1.
 //! Source: Berri 2021, section 2.1 and eq. 6.1, the power law not applied to phi.
 
+#![allow(clippy::disallowed_methods, reason = "offline: samples are drawn for training")]
+
 use domain::{FaultVector, Stream};
 
 /// How fault vectors are spread over their domain.

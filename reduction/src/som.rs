@@ -7,6 +7,8 @@
 //! Requires: columns on a common scale, so each is standardised; a few hundred rows.
 //! Source: Berri 2021, section 2.2.3 and figures 6.5 and 6.6; Kohonen 2001.
 
+#![allow(clippy::disallowed_methods, reason = "offline: a mask is chosen once")]
+
 use domain::Stream;
 use serde::{Deserialize, Serialize};
 

@@ -7,8 +7,8 @@ use std::{
     time::Duration,
 };
 
-use domain::Actor;
 use crate::fixture::{Backend, Database, day, drain, operator, token, upload};
+use domain::Actor;
 use sqlx::{Connection, Executor, SqliteConnection, sqlite::SqliteConnectOptions};
 use store::{Options, Receipt, Store, StoreError};
 use tokio::time::timeout;

@@ -4,8 +4,8 @@
 
 use std::{collections::BTreeMap, fmt::Write, fs, path::Path};
 
-use domain::Stream;
 use crate::fixture::{Backend, Database, component, everything::everything, operator, tail};
+use domain::Stream;
 use sqlx::{Connection, SqliteConnection};
 use store::{HistoryOf, Store, StoreError, UploadStateKind};
 
