@@ -17,10 +17,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-use domain::{Timestamp, metric};
+use domain::{Component, Timestamp, metric};
 use store::{Completion, Lease, Store, StoreError};
 use tokio::task::{JoinError, JoinSet};
 use tokio_util::sync::CancellationToken;
+use tracing::{Instrument, Span};
 
 pub use crate::analyst::{Analysis, Analyst};
 
@@ -123,7 +124,10 @@ where
 async fn lane(store: Store, analyst: Arc<Analyst>, settings: Settings, shutdown: CancellationToken) {
     while !shutdown.is_cancelled() {
         match store.lease(settings.lease).await {
-            Ok(Some(lease)) => serve_lease(&store, &analyst, &settings, lease, &shutdown).await,
+            Ok(Some(lease)) => {
+                let span = span_of(&lease);
+                serve_lease(&store, &analyst, &settings, lease, &shutdown).instrument(span).await
+            }
             // It looks into the queue itself once it listens, so nothing that came since the lease was asked for is missed.
             Ok(None) => wait(store.work_available(), &settings, &shutdown).await,
             Err(error) => {
@@ -134,6 +138,12 @@ async fn lane(store: Store, analyst: Arc<Analyst>, settings: Settings, shutdown:
             }
         }
     }
+}
+
+/// What the log says of everything that is done for a lease.
+fn span_of(lease: &Lease) -> Span {
+    let Component { operator, part_number, serial_number } = &lease.component;
+    tracing::info_span!("lease", %operator, %part_number, %serial_number, fence = lease.fence)
 }
 
 async fn wait(news: impl Future<Output = ()>, settings: &Settings, shutdown: &CancellationToken) {
@@ -151,14 +161,13 @@ async fn serve_lease(
     lease: Lease,
     shutdown: &CancellationToken,
 ) {
-    let component = &lease.component;
     let begun = Instant::now();
     let completion = tokio::select! {
         biased;
         completion = analyst.serve(&lease) => completion,
         () = drained(settings, shutdown) => {
             metrics::counter!(metric::LEASES.name, "outcome" => "returned").increment(1);
-            tracing::info!(?component, "the worker stops before the analysis has ended; the component is handed back");
+            tracing::info!("the worker stops before the analysis has ended; the component is handed back");
             return hand_back(store, &lease, Duration::ZERO).await;
         }
     };
@@ -170,12 +179,12 @@ async fn serve_lease(
     };
     metrics::counter!(metric::LEASES.name, "outcome" => outcome).increment(1);
     match completion {
-        Ok(Completion::Done) => tracing::debug!(?component, "analysed"),
+        Ok(Completion::Done) => tracing::debug!("analysed"),
         Ok(Completion::Fenced) => {
-            tracing::info!(?component, "the lease ended early: a correction came in, or another worker took over")
+            tracing::info!("the lease ended early: a correction came in, or another worker took over")
         }
         Err(error) => {
-            tracing::error!(?component, attempts = lease.attempts, %error, "analysis failed");
+            tracing::error!(attempts = lease.attempts, %error, "analysis failed");
             hand_back(store, &lease, Duration::from_secs(1 << lease.attempts.min(8))).await;
         }
     }
@@ -189,7 +198,6 @@ async fn drained(settings: &Settings, shutdown: &CancellationToken) {
 
 async fn hand_back(store: &Store, lease: &Lease, retry_after: Duration) {
     if let Err(error) = store.abandon(lease, retry_after).await {
-        let component = &lease.component;
-        tracing::error!(?component, %error, "cannot hand the component back; its lease will expire");
+        tracing::error!(%error, "cannot hand the component back; its lease will expire");
     }
 }
