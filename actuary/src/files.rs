@@ -1,6 +1,8 @@
 //! Files that users bring and take away: tables in, whole files and folders out.
 
+pub mod database_copy;
 pub mod dataset;
+pub mod figures;
 pub mod labels;
 pub mod motor;
 pub mod output;

@@ -10,66 +10,23 @@
 //! training maps where there is one, else the held-out maps serve.
 //! Source: Berri 2021, sections 2.3 and 6.2-6.3.
 
-use domain::{FaultModel, FaultVector, Mask, Stream};
+use domain::{FaultModel, Mask, Stream};
 use rayon::prelude::*;
-use reduction::{GappyPod, ModeCount, PodBasis, Prior, ReductionError, Sample, load_invariant};
+use reduction::{GappyPod, ModeCount, PodBasis, Prior, ReductionError, Sample};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    Diagnoser, ErrorLaw, LoadInput, LoadVariation, MapKind, MapReader, Measurement, Mlp,
+    Diagnoser, ErrorLaw, LoadInput, LoadVariation, MapKind, MapReader, Measurement, Mlp, TrainingMap,
     diagnoser::fault_gains,
     error_law::CalibrationPoint,
     levenberg_marquardt::StopRule,
     mlp_fit::{Examples, FitSettings, fit},
-    validation::SimulatedUpload,
+    simulated_upload::SimulatedUpload,
 };
 
 /// Noise of the calibration diagnoses over the nominal one, so that the law follows the noise of an upload.
 const CALIBRATION_NOISES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
-
-/// A map of known faults.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TrainingMap {
-    /// Raw back-EMF map in units of k_nom, one value per bin.
-    pub y: Vec<f64>,
-    /// Load ratio of each bin; the mean in every bin where no more is known.
-    pub r: Vec<f64>,
-    /// Mean load ratio of the map.
-    pub mean_r: f64,
-    /// The faults.
-    pub faults: FaultVector,
-}
-
-impl TrainingMap {
-    /// y' = (y + r)/(1 + r), bin by bin.
-    pub fn load_invariant(&self) -> Vec<f64> {
-        self.y.iter().zip(&self.r).map(|(y, r)| load_invariant::from_raw(*y, *r)).collect()
-    }
-
-    /// The values that a diagnoser of this kind reads.
-    pub fn values(&self, kind: MapKind) -> Vec<f64> {
-        match kind {
-            MapKind::LoadInvariant => self.load_invariant(),
-            MapKind::Raw => self.y.clone(),
-        }
-    }
-
-    /// The same load-invariant map under another load.
-    pub fn under_load(&self, variation: &LoadVariation, model: &FaultModel, stream: &mut Stream) -> Self {
-        let r = variation.vary(&self.r, stream);
-        let shift = (r.iter().sum::<f64>() - self.r.iter().sum::<f64>()) / r.len() as f64;
-        let raw = |(y, r): (&f64, &f64)| load_invariant::to_raw(*y, *r);
-        let gains = fault_gains(model, (1.0 + self.mean_r + shift) / (1.0 + self.mean_r));
-        let deviation: Vec<f64> = model.deviation(&self.faults).iter().zip(gains).map(|(x, gain)| x * gain).collect();
-        Self {
-            y: self.load_invariant().iter().zip(&r).map(raw).collect(),
-            r,
-            mean_r: self.mean_r + shift,
-            faults: model.from_deviation(&deviation),
-        }
-    }
-}
 
 /// The material of a training.
 #[derive(Debug, Clone, Copy)]

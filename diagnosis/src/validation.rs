@@ -1,25 +1,13 @@
 //! How good a diagnoser is on maps whose faults are known.
 //!
 //! err_k = sqrt(mean over the faults of (estimate - truth)^2), one number per diagnosis.
-//! Source: Berri 2021, eq. 6.3, with the square inside the mean.
+//! Source: Berri 2021, section 6.5, with the square inside the mean.
 
-use domain::{LoadRatio, Mask, Outcome, Stream};
+use domain::{Mask, Outcome, Stream};
 use reduction::ReductionError;
 use serde::{Deserialize, Serialize};
 
-use crate::{Diagnoser, Measurement, TrainingMap, error_law::Z_90};
-
-/// What a diagnosis is told of the load.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum LoadInput {
-    /// The load ratio at every sample.
-    PerSample,
-    /// The mean of the map.
-    Mean,
-    /// Nothing.
-    None,
-}
+use crate::{Diagnoser, LoadInput, TrainingMap, error_law::Z_90, simulated_upload::SimulatedUpload};
 
 /// How maps are sampled for a validation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,30 +73,4 @@ pub fn validate(
         coverage_90: inside.iter().map(|inside| inside / count).collect(),
         implausible: implausible / count,
     })
-}
-
-/// What an aircraft would send of a map.
-pub(crate) struct SimulatedUpload {
-    pub samples: Vec<Option<f64>>,
-    pub load_ratio: Option<LoadRatio>,
-    pub noise: f64,
-}
-
-impl SimulatedUpload {
-    /// Samples of `map` at `mask` with independent noise.
-    pub fn of(map: &TrainingMap, mask: &Mask, load: LoadInput, noise: f64, stream: &mut Stream) -> Self {
-        let at_mask = |values: &[f64]| mask.bins().iter().map(|bin| Some(values[*bin])).collect();
-        let samples = mask.bins().iter().map(|bin| Some(map.y[*bin] + noise * stream.normal())).collect();
-        let load_ratio = match load {
-            LoadInput::PerSample => Some(LoadRatio::PerSample(at_mask(&map.r))),
-            LoadInput::Mean => Some(LoadRatio::Mean(map.mean_r)),
-            LoadInput::None => None,
-        };
-        Self { samples, load_ratio, noise }
-    }
-
-    /// As a diagnoser takes it.
-    pub fn measurement(&self) -> Measurement<'_> {
-        Measurement { samples: &self.samples, load_ratio: self.load_ratio.as_ref(), noise: Some(self.noise) }
-    }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ContentHash, FaultVector, HingeLoad, Timestamp, UploadId};
+use crate::{AsOf, ContentHash, FaultVector, HingeLoad, Timestamp, UploadId};
 
 /// What one upload says about the health of its actuator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,6 +73,11 @@ impl Estimate {
             .total_cmp(&other.flight_hours)
             .then(self.recorded_at.cmp(&other.recorded_at))
             .then_with(|| self.upload_id.cmp(&other.upload_id))
+    }
+
+    /// The observation that a result rests on whose newest estimate this is.
+    pub fn as_of(&self) -> AsOf {
+        AsOf { flight_hours: self.flight_hours, recorded_at: self.recorded_at, upload_id: self.upload_id.clone() }
     }
 
     /// What tells the measurement from any other of the component: hours, time, mask and samples, by their digest;

@@ -5,7 +5,9 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+mod as_of;
 pub mod audit;
+pub mod block;
 pub mod bundle_summary;
 pub mod component;
 pub mod estimate;
@@ -35,6 +37,7 @@ pub mod token;
 pub mod upload;
 mod warning;
 
+pub use as_of::AsOf;
 pub use audit::{Act, Action, Actor, AuditRecord};
 pub use bundle_summary::BundleSummary;
 pub use component::{Component, Life};
@@ -48,7 +51,7 @@ pub use invalid::{Invalid, Violation};
 pub use maintenance::{EventKind, Finding, MaintenanceEvent};
 pub use mask::{Coordinate, Mask};
 pub use principal::{Permission, Principal, Scope};
-pub use prognosis::{AsOf, FaultTrend, Prognosis, Propagation, Status};
+pub use prognosis::{FaultTrend, Prognosis, Propagation, Status};
 pub use random::Stream;
 pub use rul::RulDistribution;
 pub use scoreboard::Scoreboard;

@@ -2,20 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    ContentHash, Doubt, Explanation, HingeLoad, RulDistribution, Timestamp, UploadId, state::MIN_OBSERVATIONS,
-};
-
-/// The newest observation that a result rests on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct AsOf {
-    /// The component's hours since new.
-    pub flight_hours: f64,
-    /// When it was recorded.
-    pub recorded_at: Timestamp,
-    /// Which upload it came with.
-    pub upload_id: UploadId,
-}
+use crate::{AsOf, ContentHash, Doubt, Explanation, HingeLoad, RulDistribution, Timestamp, block::MIN_OBSERVATIONS};
 
 /// One entry of the filtered fault vector.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -7,13 +7,6 @@ use crate::{
     explanation::{Growth, Movement},
 };
 
-/// Length of a block, flight hours.
-pub const BLOCK_FH: f64 = 20.0;
-/// Fewest observations of a block; one with fewer is merged into the next, unless a gap lies between.
-pub const MIN_OBSERVATIONS: usize = 3;
-/// A longer stretch without observations is a gap, flight hours: no block reaches over it.
-pub const GAP_FH: f64 = 10.0 * BLOCK_FH;
-
 /// The filtered health of a life at the end of one block, with its remaining life as known then.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {

@@ -7,7 +7,8 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use ema::{
     assessment::assess_faults,
     lf2::{Faults, Parameters},
-    wear::{Regime, simulate_life},
+    life::simulate_life,
+    wear_law::Regime,
 };
 
 fn assessment(criterion: &mut Criterion) {

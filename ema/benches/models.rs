@@ -13,8 +13,9 @@ use ema::{
     lf2,
     manoeuvre::Manoeuvre,
     motor::Motor,
+    observer::{Observer, Sample},
     response::simulate_response,
-    simulation::{Model, Observer, Sample, Settings, simulate, simulate_map, simulate_map_until},
+    simulation::{Model, Settings, simulate, simulate_map, simulate_map_until},
 };
 
 const MODELS: [Model; 3] = [Model::HighFidelity, Model::LowFidelity1, Model::LowFidelity1Thesis];

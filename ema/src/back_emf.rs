@@ -11,7 +11,7 @@
 use crate::{
     commutation::{BINS, FIRST_COMMUTATION_BIN, SECTOR_BINS},
     motor::Motor,
-    simulation::{Observer, Sample},
+    observer::{Observer, Sample},
 };
 
 /// Slower passes are discarded, rad/s.

@@ -5,7 +5,7 @@
 //! u = clip(G_P e + G_I integral(e) + G_D s/(tau_D s + 1) e); i_ref = clip(u / k_nom).
 //! Source: Berri 2021, section 3.1.1 (eq. 3.1) and, without anti-windup, section 3.2.1.
 
-use crate::{motor::Motor, shaft::Shaft};
+use crate::{clip::clip, motor::Motor, shaft::Shaft};
 
 /// When the integral of the speed error stands still.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,17 +70,5 @@ impl Controller {
         let integrate = error.abs() < self.error_band && torque.abs() < self.torque_band;
         self.integral_torque += if integrate { self.integral_gain * step_s * error } else { 0.0 };
         clip(clip(torque, self.torque_max) * self.amperes_per_nm, self.current_max)
-    }
-}
-
-/// `value` limited to plus and minus `bound`.
-#[inline]
-pub(crate) fn clip(value: f64, bound: f64) -> f64 {
-    if value > bound {
-        bound
-    } else if value < -bound {
-        -bound
-    } else {
-        value
     }
 }

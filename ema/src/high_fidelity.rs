@@ -12,11 +12,12 @@
 use std::array::from_fn;
 
 use crate::{
+    clip::clip,
     commutation::{BINS, bin_edge_rad, phase_signs, sector, trapezoid},
-    controller::{AntiWindup, clip},
+    controller::AntiWindup,
+    drive::{Drive, Electrical, Terminal},
     faults::ElectricalFaults,
     motor::Motor,
-    simulation::{Drive, Electrical, Terminal},
 };
 
 /// Three-phase motor and bridge.

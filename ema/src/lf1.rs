@@ -12,11 +12,12 @@
 //! Source: Berri 2021, section 3.2 (eq. 3.37, 3.38, 3.40; 3.46 with the pairs AB and AC exchanged, 3.48, 3.49).
 
 use crate::{
+    clip::clip,
     commutation::{ACTIVE_PAIRS, BINS, FIRST_COMMUTATION_BIN, SECTOR_BINS, bin_edge_rad, sector},
-    controller::{AntiWindup, clip},
+    controller::AntiWindup,
+    drive::{Drive, Electrical, Terminal},
     faults::ElectricalFaults,
     motor::Motor,
-    simulation::{Drive, Electrical, Terminal},
 };
 
 /// How the faults of three phases act on one.

@@ -7,18 +7,24 @@
 
 pub mod assessment;
 pub mod back_emf;
+mod clip;
 pub mod closed_form;
 pub mod commutation;
 pub mod controller;
+mod drive;
+pub mod failure_watch;
 pub mod faults;
 pub mod high_fidelity;
 pub mod lf1;
 pub mod lf2;
+pub mod life;
 pub mod manoeuvre;
 pub mod mechanical_faults;
 pub mod motor;
+pub mod observer;
 pub mod response;
 pub mod scenario;
 pub mod shaft;
 pub mod simulation;
 pub mod wear;
+pub mod wear_law;

@@ -8,7 +8,8 @@ use crate::{
     faults::ElectricalFaults,
     manoeuvre::Manoeuvre,
     motor::Motor,
-    simulation::{Model, Observer, Sample, Settings, simulate},
+    observer::{Observer, Sample},
+    simulation::{Model, Settings, simulate},
 };
 
 /// One recorded instant.

@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 
 use domain::Stream;
 
-use crate::wear::{FAULTS, LifeHistory, WearLaw};
+use crate::wear_law::{FAULTS, WearLaw};
 
 /// Dominant drive of a sleeping fault, and of an awake one, relative to the standard.
 const SLEEPING_DRIVE: f64 = 0.1;
@@ -35,7 +35,7 @@ const SECOND: f64 = 4.0;
 /// A kind of fleet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Scenario {
-    /// The fleet of [`simulate_life`](crate::wear::simulate_life).
+    /// The fleet of [`simulate_life`](crate::life::simulate_life).
     Standard,
     /// Stretches without any record, and single flights lost.
     MissingFlights,
@@ -154,13 +154,13 @@ impl Course {
         }
     }
 
-    /// Takes out what was not recorded; the first observation and the one at failure stay.
-    pub fn lose(&mut self, history: &mut LifeHistory) {
-        let Some(stream) = &mut self.gaps else { return };
-        let last = history.t_fh.len() - 1;
+    /// Which observations of a life are recorded: the first and the one at failure always. `None` where all are.
+    pub fn recorded(&mut self, t_fh: &[f64]) -> Option<Vec<bool>> {
+        let stream = self.gaps.as_mut()?;
+        let last = t_fh.len() - 1;
         let (mut recorded, mut until_fh) = (true, RECORDED_FH * stream.exponential());
-        let mut keep = Vec::with_capacity(history.t_fh.len());
-        for (i, t_fh) in history.t_fh.iter().enumerate() {
+        let mut keep = Vec::with_capacity(t_fh.len());
+        for (i, t_fh) in t_fh.iter().enumerate() {
             while *t_fh >= until_fh {
                 recorded = !recorded;
                 until_fh += stream.exponential() * if recorded { RECORDED_FH } else { MISSING_FH };
@@ -168,15 +168,6 @@ impl Course {
             let lost = stream.uniform() < LOST;
             keep.push(i == 0 || i == last || (recorded && !lost));
         }
-        retain(&mut history.t_fh, &keep);
-        retain(&mut history.load, &keep);
-        retain(&mut history.temperature, &keep);
-        retain(&mut history.states, &keep);
-        retain(&mut history.observations, &keep);
+        Some(keep)
     }
-}
-
-fn retain<T>(list: &mut Vec<T>, keep: &[bool]) {
-    let mut keep = keep.iter();
-    list.retain(|_| *keep.next().expect("lists of one length"));
 }

@@ -6,7 +6,7 @@
 //! that the shaft can stick at any step size.
 //! Source: Berri 2021, section 3.1.6 (eq. 3.15, 3.16) and the damping of shorted windings (eq. 3.26).
 
-use crate::{controller::clip, faults::ElectricalFaults, motor::Motor};
+use crate::{clip::clip, faults::ElectricalFaults, motor::Motor};
 
 /// Speed at which the Stribeck excess of viscous friction has halved, rad/s.
 const STRIBECK_SPEED_RAD_S: f64 = 20.0;

@@ -4,11 +4,13 @@ use crate::{
     back_emf::{Awaited, BackEmfMap, MapAccumulator},
     commutation::BINS,
     controller::Controller,
+    drive::{Drive, Terminal},
     faults::ElectricalFaults,
     high_fidelity::HighFidelity,
     lf1::{Form, LowFidelity1},
     manoeuvre::{Manoeuvre, TICK_S, Ticks},
     motor::Motor,
+    observer::{Observer, Sample},
     shaft::Shaft,
 };
 
@@ -47,68 +49,6 @@ impl Settings {
     pub fn new(model: Model, duration_s: f64) -> Self {
         Self { step_s: model.step_s(), duration_s }
     }
-}
-
-/// What happens in one time step. Electrical values are those of the active pair, signed so that a
-/// positive current makes a positive torque.
-#[derive(Debug, Clone, Copy)]
-pub struct Sample {
-    /// Length of the step, s.
-    pub step_s: f64,
-    /// Electrical degree of the rotor at the beginning.
-    pub bin: usize,
-    /// V_p - V_n during the step, V.
-    pub voltage_v: f64,
-    /// (i_p - i_n)/2 at the beginning, A.
-    pub current_a: f64,
-    /// The same at the end, A.
-    pub next_current_a: f64,
-    /// Motor speed at the beginning, rad/s.
-    pub speed_rad_s: f64,
-    /// Commanded output angle, rad.
-    pub command_rad: f64,
-    /// Output angle at the beginning, rad.
-    pub output_rad: f64,
-    /// Motor angle at the beginning, rad.
-    pub motor_rad: f64,
-}
-
-/// Looks on while a simulation runs.
-pub trait Observer {
-    /// Sees every step, in order.
-    fn observe(&mut self, sample: &Sample);
-
-    /// Whether the simulation may stop; asked every ten microseconds.
-    fn done(&self) -> bool {
-        false
-    }
-}
-
-/// What a model of motor and drive does in one step.
-pub(crate) struct Electrical {
-    pub torque_nm: f64,
-    pub voltage_v: f64,
-    pub current_a: f64,
-    pub next_current_a: f64,
-}
-
-/// State of motor and drive at the beginning of a step.
-#[derive(Clone, Copy)]
-pub(crate) struct Terminal {
-    pub current_reference_a: f64,
-    pub speed_rad_s: f64,
-    /// Way into the bin as a fraction of its width.
-    pub way: f64,
-    pub step_s: f64,
-}
-
-/// A model of motor and drive.
-pub(crate) trait Drive {
-    /// The rotor has entered a bin.
-    fn enter(&mut self, bin: usize);
-
-    /// Advances the currents by one step.
-    fn step(&mut self, terminal: Terminal) -> Electrical;
 }
 
 /// Runs `model` and shows every step to `observer`.

@@ -207,6 +207,11 @@ impl Model {
         &self.bundle
     }
 
+    /// The bundle's own prior.
+    pub fn prior(&self) -> &Arc<Prior> {
+        &self.prior
+    }
+
     /// What the shells need to know of it.
     pub fn summary(&self) -> BundleSummary {
         BundleSummary {

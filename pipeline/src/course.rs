@@ -4,8 +4,8 @@
 use std::collections::{HashMap, HashSet};
 
 use domain::{
-    ContentHash, Estimate, NUMERICS_VERSION, Outcome, SetAside, SetAsideReason, State, UploadId, prognosis::Gap,
-    state::MIN_OBSERVATIONS,
+    ContentHash, Estimate, NUMERICS_VERSION, Outcome, SetAside, SetAsideReason, State, UploadId,
+    block::MIN_OBSERVATIONS, prognosis::Gap,
 };
 use prognosis::block::{Block, Observation, blocks, is_gap, unclosed};
 use serde::Serialize;

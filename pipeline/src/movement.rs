@@ -10,12 +10,9 @@ use domain::{
     explanation::{Movement, Surprise},
     rul::HORIZON_FH,
 };
-use prognosis::{
-    forecast::Draws,
-    posterior::{Moments, Posterior},
-};
+use prognosis::{Moments, forecast::Draws, posterior::Posterior};
 
-use crate::{Course, LifeContext, Model, outlook::as_of};
+use crate::{Course, LifeContext, Model};
 
 /// Draws of each of the two forecasts, in batches of equal size.
 const DRAWS: usize = 200;
@@ -46,7 +43,7 @@ impl Step<'_> {
         let passed_fh = latest.flight_hours - earlier.flight_hours;
         let moved_fh = moved(&before_fh, &after_fh, passed_fh);
         Movement {
-            since: as_of(earlier),
+            since: earlier.as_of(),
             passed_fh,
             median_before_fh: median(&before_fh),
             moved_fh,

@@ -6,46 +6,32 @@
 //! spares the way up to it and changes no result.
 
 use domain::{
-    AsOf, ContentHash, Doubt, DoubtKind, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, Life,
-    NUMERICS_VERSION, Prognosis, RulDistribution, SetAside, State, Stream,
+    ContentHash, Doubt, DoubtKind, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, NUMERICS_VERSION,
+    Prognosis, RulDistribution, SetAside, State,
+    block::{BLOCK_FH, MIN_OBSERVATIONS},
     explanation::{Driver, Movement},
     prognosis::{Forecast, Gap, InsufficientHistory},
     rul::HORIZON_FH,
-    state::{BLOCK_FH, MIN_OBSERVATIONS},
 };
 use prognosis::{
     filter::Filter,
-    forecast::{self, Draws, ForecastSettings, forecast},
+    forecast::{self, Draws},
     posterior::Posterior,
 };
 
 use crate::{
-    Course, Model, Prior,
+    Course, LifeContext, Model, Prior,
     course::{Contested, Unusable},
+    draws::SEED,
     movement::Step,
 };
 
 /// Draws of a state's quantiles: they make the history chart, nobody acts on them.
 const STATE_DRAWS: Draws = Draws::fixed(200);
-/// Seed of every draw; the natural key tells lives and uploads apart.
-const SEED: u64 = 1;
 /// Every so many blocks of a life its filter is worth keeping for good.
 const CHECKPOINT_BLOCKS: usize = 25;
 /// Largest share of the draws whose end may lie where the surrogate has learned nothing.
 const OUTSIDE_TRAINING: f64 = 0.1;
-
-/// Whose estimates these are, and by what they are judged.
-#[derive(Debug, Clone, Copy)]
-pub struct LifeContext<'a> {
-    /// The life.
-    pub life: &'a Life,
-    /// Number of its generation.
-    pub generation: u32,
-    /// The prior that the life is pinned to.
-    pub prior: &'a Prior,
-    /// The component's hours since new at which the life began, as good as new: 0, or those of an overhaul.
-    pub began_fh: f64,
-}
 
 /// The filter of a life after one of its blocks.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,7 +122,7 @@ impl Model {
             _ => Err(insufficient(course)),
         };
         outlook.prognosis = Some(Prognosis {
-            as_of: as_of(newest),
+            as_of: newest.as_of(),
             forecast,
             load: course.usable.iter().rev().find_map(|estimate| estimate.load.clone()),
             mask_id: newest.mask_id,
@@ -188,32 +174,6 @@ impl Model {
             doubts,
             gap,
         })
-    }
-
-    /// Draws of the end of life, counted from `newest`; random numbers are those of the upload of `key`.
-    pub(crate) fn draw(
-        &self,
-        context: &LifeContext,
-        posterior: &Posterior,
-        newest: &Estimate,
-        key: &Estimate,
-        draws: Draws,
-    ) -> forecast::Forecast {
-        let Life { component, overhaul_index } = context.life;
-        let stream = Stream::new(
-            SEED,
-            &[
-                component.operator.as_str(),
-                component.part_number.as_str(),
-                component.serial_number.as_str(),
-                &overhaul_index.to_string(),
-                key.upload_id.as_str(),
-            ],
-        );
-        let lag_fh = newest.flight_hours - posterior.t_fh();
-        let settings = ForecastSettings { draws, horizon_fh: HORIZON_FH, ..ForecastSettings::default() };
-        let error = context.prior.body.failure_time_error;
-        forecast(posterior, lag_fh, &self.bundle.surrogate, error, &settings, &stream)
     }
 }
 
@@ -306,7 +266,7 @@ impl Walk<'_> {
         Ok(State {
             block: block.index,
             from_fh: inside[0].flight_hours,
-            as_of: as_of(last),
+            as_of: last.as_of(),
             observations: inside.len(),
             faults,
             propagation: posterior.propagation(),
@@ -319,14 +279,6 @@ impl Walk<'_> {
             doubts: filter.doubt().into_iter().collect(),
             digest,
         })
-    }
-}
-
-pub(crate) fn as_of(estimate: &Estimate) -> AsOf {
-    AsOf {
-        flight_hours: estimate.flight_hours,
-        recorded_at: estimate.recorded_at,
-        upload_id: estimate.upload_id.clone(),
     }
 }
 

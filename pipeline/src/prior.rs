@@ -1,14 +1,7 @@
 //! The fleet prior that judges a life: the bundle's own, or one that an operator's finished lives taught.
 
-use std::sync::Arc;
-
-use domain::{ContentHash, Estimate, UploadId};
-use prognosis::{FinishedLife, FleetPrior, block::Observation, learn_from_finished};
-
-use crate::{Model, course::observation};
-
-/// Seed of everything random in learning.
-const SEED: u64 = 1;
+use domain::ContentHash;
+use prognosis::FleetPrior;
 
 /// A fleet prior under its name.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,29 +10,6 @@ pub struct Prior {
     pub hash: ContentHash,
     /// What it says.
     pub body: FleetPrior,
-}
-
-/// A life that ended in failure, as the service has followed it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PastLife {
-    /// Estimates that count in it, in its order.
-    pub estimates: Vec<Estimate>,
-    /// The component's hours since new at which it began.
-    pub began_fh: f64,
-    /// When it was found failed, hours since new.
-    pub failure_fh: f64,
-}
-
-/// A life that is to teach holds an estimate that is not of the bundle's faults.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("the estimate of {upload_id} tells {found} faults, the bundle knows {expected}")]
-pub struct OtherFaults {
-    /// The upload.
-    pub upload_id: UploadId,
-    /// How many faults its estimate tells.
-    pub found: usize,
-    /// How many the bundle knows.
-    pub expected: usize,
 }
 
 impl Prior {
@@ -56,39 +26,5 @@ impl Prior {
     /// Canonical JSON.
     pub fn to_bytes(&self) -> Vec<u8> {
         serde_json::to_vec(&self.body).expect("priors serialise: no maps with non-text keys")
-    }
-}
-
-impl Model {
-    /// The bundle's own prior.
-    pub fn prior(&self) -> &Arc<Prior> {
-        &self.prior
-    }
-
-    /// What finished lives teach, starting from the bundle's own prior, which stays where nothing was seen of them.
-    /// Offline: seconds to minutes on all cores. Refuses estimates that are not of the bundle's faults.
-    pub fn learn_prior(&self, lives: &[PastLife]) -> Result<Prior, OtherFaults> {
-        lives.iter().flat_map(|life| &life.estimates).try_for_each(|estimate| self.knows_faults_of(estimate))?;
-        let since_beginning = |life: &PastLife, observation: Observation| Observation {
-            t_fh: observation.t_fh - life.began_fh,
-            ..observation
-        };
-        let finished = |life: &PastLife| FinishedLife {
-            observations: life.estimates.iter().filter_map(observation).map(|one| since_beginning(life, one)).collect(),
-            failure_fh: life.failure_fh - life.began_fh,
-        };
-        let lives: Vec<FinishedLife> = lives.iter().map(finished).collect();
-        let Self { bundle, prior, .. } = self;
-        let learned = learn_from_finished(&prior.body, &lives, &bundle.faults, &bundle.surrogate, SEED);
-        Ok(learned.map_or_else(|_| Prior::clone(prior), Prior::new))
-    }
-
-    fn knows_faults_of(&self, estimate: &Estimate) -> Result<(), OtherFaults> {
-        let Some(diagnosis) = estimate.usable() else { return Ok(()) };
-        let (found, expected) = (diagnosis.fault_vector.values().len(), self.bundle.faults.nominal.len());
-        if [found, diagnosis.sigma.len()] == [expected; 2] {
-            return Ok(());
-        }
-        Err(OtherFaults { upload_id: estimate.upload_id.clone(), found, expected })
     }
 }

@@ -19,9 +19,9 @@ use ema::{
     assessment::assess,
     faults::ElectricalFaults,
     lf2::Parameters,
+    life::DIAGNOSIS_SD,
     manoeuvre::Manoeuvre,
     simulation::{self, Settings, simulate_map},
-    wear::DIAGNOSIS_SD,
 };
 use prognosis::Boundary;
 

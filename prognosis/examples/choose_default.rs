@@ -17,7 +17,8 @@ use std::path::Path;
 use domain::{FaultModel, Scoreboard};
 use ema::{
     lf2::Parameters,
-    wear::{DIAGNOSIS_SD, Regime, simulate_life},
+    life::{DIAGNOSIS_SD, simulate_life},
+    wear_law::Regime,
 };
 use histories::Life;
 use prognosis::{

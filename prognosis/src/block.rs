@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use domain::{
     FaultVector,
-    state::{BLOCK_FH, GAP_FH, MIN_OBSERVATIONS},
+    block::{BLOCK_FH, GAP_FH, MIN_OBSERVATIONS},
 };
 
 /// Fewest observations of which the least and the greatest are dropped.

@@ -9,8 +9,10 @@
 use domain::{ContentHash, FaultModel};
 
 use crate::{
+    bank::Bank,
     consistency::Consistency,
-    filter::{Bank, Change, Filter, Mode, Particle},
+    filter::Filter,
+    particle::{Change, Mode, Particle},
     prior::FleetPrior,
 };
 

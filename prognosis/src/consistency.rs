@@ -13,22 +13,20 @@
 //! - Source: Box 1980 for checks by what a model predicts; West 1986 for Bayes factors that watch a filter;
 //!   Gumbel 1958 for greatest values.
 
-use domain::{Doubt, DoubtKind, FaultGroup, FaultModel};
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use domain::{FaultGroup, FaultModel};
 
 use crate::{
-    block::{Block, Observation, blocks},
-    filter::{Bank, Filter, log_dominance, log_sum},
+    bank::Bank,
+    block::Block,
+    clipping::ClippedMean,
     kalman::Transition,
-    posterior::Moments,
+    limits::ConsistencyLimits,
+    log_sum_exp::log_sum,
+    moments::Moments,
+    particle::{Particle, log_dominance, log_evidence},
     prior::{BiasPrior, FleetPrior},
 };
 
-/// Share of the lives of a fleet that any one of the limits is ever exceeded in.
-const FALSE_ALARMS: f64 = 0.001;
-/// Fewest lives that teach limits.
-const MIN_LIVES: usize = 20;
 /// Faults nearer to nominal than so many standard deviations of an observation may have been clipped.
 const CLEARANCE: f64 = 3.0;
 /// Fewest scatters, of one fault in one block each, that say anything.
@@ -46,25 +44,6 @@ const DRIFT_SCALE: f64 = 3.0;
 /// Growth rate of a drift, 1/h: none.
 const DRIFT_RATE_PER_H: f64 = 1e-9;
 
-/// What hardly any life of a fleet ever exceeds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ConsistencyLimits {
-    /// Scatter that is usual in the fleet.
-    pub usual_scatter: f64,
-    /// Greatest scatter of observations about the mean of their block, relative to what their diagnoses state.
-    pub scatter: f64,
-    /// Greatest mean square of the recent surprises.
-    pub surprise: f64,
-    /// Greatest log of the Bayes factor of drift.
-    pub log_drift: f64,
-}
-
-impl ConsistencyLimits {
-    /// Nothing is ever doubted.
-    const NONE: Self =
-        Self { usual_scatter: 1.0, scatter: f64::INFINITY, surprise: f64::INFINITY, log_drift: f64::INFINITY };
-}
-
 /// What a life has shown so far.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Consistency {
@@ -79,6 +58,15 @@ pub(crate) struct Consistency {
     worst: Worst,
 }
 
+/// A filter that follows a life, as far as its consistency is judged by it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Followed<'a> {
+    pub model: &'a FaultModel,
+    pub process_noise: f64,
+    pub clipped_mean: ClippedMean,
+    pub particles: &'a [Particle],
+}
+
 /// One fault of one block against its expectation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Surprise {
@@ -90,19 +78,10 @@ struct Surprise {
 
 /// The greatest statistics of a life so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Worst {
-    scatter: f64,
-    surprise: f64,
-    log_drift: f64,
-}
-
-impl Filter {
-    /// Why the life so far should not be taken for one of the fleet, in words with figures. `None` where
-    /// nothing speaks against it, or the prior holds no limits.
-    pub fn doubt(&self) -> Option<Doubt> {
-        let detail = self.consistency.as_ref()?.reasons(&self.model).join("; ");
-        (!detail.is_empty()).then_some(Doubt { kind: DoubtKind::Inconsistent, detail })
-    }
+pub(crate) struct Worst {
+    pub scatter: f64,
+    pub surprise: f64,
+    pub log_drift: f64,
 }
 
 impl Consistency {
@@ -121,9 +100,9 @@ impl Consistency {
         }
     }
 
-    /// Takes a block, of which `expected` was expected, `dt_h` hours after the one before; `filter` has seen it.
-    pub fn update(&mut self, filter: &Filter, block: &Block, expected: &[Moments], dt_h: f64) {
-        self.scatter(&filter.model, block);
+    /// Takes a block, of which `expected` was expected, `dt_h` hours after the one before; the filter has seen it.
+    pub fn update(&mut self, filter: Followed, block: &Block, expected: &[Moments], dt_h: f64) {
+        self.scatter(filter.model, block);
         self.surprise(block, expected);
         let step = [Transition::new(DRIFT_RATE_PER_H, filter.process_noise, dt_h)];
         for bank in &mut self.drift {
@@ -135,7 +114,7 @@ impl Consistency {
         self.worst = Worst {
             scatter: self.worst.scatter.max(scatter),
             surprise: self.worst.surprise.max(self.surprise),
-            log_drift: self.worst.log_drift.max(self.log_drift(filter)),
+            log_drift: self.worst.log_drift.max(self.log_drift(filter.particles)),
         };
     }
 
@@ -171,8 +150,8 @@ impl Consistency {
     }
 
     /// Log of the Bayes factor of drift against the fleet's model, with growth that may change or without.
-    fn log_drift(&self, filter: &Filter) -> f64 {
-        let modes = &filter.particles[0].modes;
+    fn log_drift(&self, particles: &[Particle]) -> f64 {
+        let modes = &particles[0].modes;
         let constant = log_sum(&log_dominance(modes));
         let or_drift = |(log_evidence, drift): (f64, &Bank)| {
             let (not, drifts) = (libm::log(1.0 - DRIFT_PROBABILITY), libm::log(DRIFT_PROBABILITY));
@@ -184,10 +163,11 @@ impl Consistency {
         let dominant = modes.iter().zip(&self.drift).zip(&minor).map(|((mode, drift), minor)| {
             mode.log_dominance + or_drift((log_sum(&mode.dominant.log_weights), drift)) + (all_minor - minor)
         });
-        log_sum(&dominant.collect::<Vec<_>>()) - constant.max(filter.log_evidence())
+        log_sum(&dominant.collect::<Vec<_>>()) - constant.max(log_evidence(particles))
     }
 
-    fn reasons(&self, model: &FaultModel) -> Vec<String> {
+    /// What exceeds its limit, in words with figures.
+    pub fn reasons(&self, model: &FaultModel) -> Vec<String> {
         let Self { limits, worst, .. } = self;
         let mut reasons = Vec::new();
         if worst.scatter > limits.scatter {
@@ -214,6 +194,16 @@ impl Consistency {
         reasons
     }
 
+    /// Sum of the scatters and their number, where they are enough to say anything.
+    pub fn scatters(&self) -> Option<[f64; 2]> {
+        (self.scatter[1] >= MIN_SCATTERS).then_some(self.scatter)
+    }
+
+    /// The greatest statistics so far.
+    pub fn worst(&self) -> Worst {
+        self.worst
+    }
+
     /// Everything that blocks change, in a fixed order.
     pub fn numbers(&mut self) -> Vec<&mut f64> {
         let Worst { scatter, surprise, log_drift } = &mut self.worst;
@@ -224,66 +214,5 @@ impl Consistency {
         }
         numbers.extend(self.drift.iter_mut().flat_map(Bank::numbers));
         numbers
-    }
-}
-
-/// The limits that lives of a fleet keep to, each life given by its observations in order and filtered with the
-/// prior that they taught; offline, parallel over lives. `None` when they are too few to know.
-#[allow(
-    clippy::disallowed_methods,
-    reason = "learning: what is learned is named by its content, wherever it was learned"
-)]
-pub fn fit_consistency(
-    histories: &[Vec<Observation>],
-    model: &FaultModel,
-    prior: &FleetPrior,
-) -> Option<ConsistencyLimits> {
-    let prior = FleetPrior { consistency: Some(ConsistencyLimits::NONE), ..prior.clone() };
-    let watch = |history: &Vec<Observation>| {
-        let mut filter = Filter::new(model, &prior);
-        blocks(history).iter().for_each(|block| filter.update(block));
-        filter.consistency.filter(|consistency| consistency.scatter[1] >= MIN_SCATTERS)
-    };
-    let lives: Vec<Consistency> = histories.par_iter().filter_map(watch).collect();
-    if lives.len() < MIN_LIVES {
-        return None;
-    }
-    let worst = |value: fn(&Worst) -> f64| limit(lives.iter().map(|life| value(&life.worst)).collect());
-    let [sum, count] = [0, 1].map(|part| lives.iter().map(|life| life.scatter[part]).sum::<f64>());
-    Some(ConsistencyLimits {
-        usual_scatter: sum / count,
-        scatter: worst(|worst| worst.scatter.ln()).exp(),
-        surprise: worst(|worst| worst.surprise.ln()).exp(),
-        log_drift: worst(|worst| worst.log_drift),
-    })
-}
-
-/// What greatest values exceed with probability [`FALSE_ALARMS`]: Gumbel's distribution with their deciles, so
-/// that some lives unlike the others do not matter.
-#[allow(
-    clippy::disallowed_methods,
-    reason = "learning: what is learned is named by its content, wherever it was learned"
-)]
-fn limit(mut greatest: Vec<f64>) -> f64 {
-    greatest.sort_unstable_by(f64::total_cmp);
-    let reduced = |probability: f64| -(-probability.ln()).ln();
-    let [low, high] = [0.1, 0.9].map(|level| (greatest[(level * greatest.len() as f64) as usize], reduced(level)));
-    let scale = (high.0 - low.0) / (high.1 - low.1);
-    high.0 + scale * (reduced(1.0 - FALSE_ALARMS) - high.1)
-}
-
-#[cfg(test)]
-mod tests {
-    use domain::Stream;
-
-    use super::*;
-
-    #[test]
-    fn limits_are_exceeded_as_often_as_they_promise() {
-        let mut random = Stream::new(1, &["limits"]);
-        let mut draw = || 2.0 - 0.5 * libm::log(random.exponential());
-        let limit = limit((0..50_000).map(|_| draw()).collect());
-        let beyond = (0..400_000).filter(|_| draw() > limit).count() as f64 / 400_000.0;
-        assert!((beyond / FALSE_ALARMS - 1.0).abs() < 0.25, "{beyond}");
     }
 }

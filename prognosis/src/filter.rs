@@ -18,20 +18,20 @@
 //! numbers of a block are keyed by its content, so equal histories have equal states, whoever they
 //! belong to and however they arrived.
 
-use domain::{FaultGroup, FaultModel, Stream};
+use domain::{Doubt, DoubtKind, FaultModel, Stream};
 
 use crate::{
     block::Block,
     clipping::ClippedMean,
-    consistency::Consistency,
+    consistency::{Consistency, Followed},
     growth_changes::GrowthChanges,
-    kalman::{Measurement, Track, Transition},
-    posterior::Posterior,
-    prior::{BiasPrior, FleetPrior},
+    kalman::Transition,
+    moments::Moments,
+    particle::{Change, Mode, Particle, at_start, resample},
+    posterior::{Posterior, weighted},
+    prior::FleetPrior,
 };
 
-/// Standard deviation of every deviation at the start of a life.
-pub(crate) const START_SD: f64 = 1e-3;
 /// Of all random numbers.
 const SEED: u64 = 0;
 
@@ -53,69 +53,10 @@ pub struct Filter {
     pub(crate) consistency: Option<Consistency>,
 }
 
-/// One hypothesis about the growth so far.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Particle {
-    /// Log of its weight before any evidence; resampling takes the evidence of the past out of it.
-    pub log_prior: f64,
-    /// The present growth multiplier.
-    pub growth: f64,
-    /// How it came about, unless it is that of the start.
-    pub latest_change: Option<Change>,
-    /// One per group of the model.
-    pub modes: Vec<Mode>,
-}
-
-/// A change of the growth, as coarse in time as the blocks.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Change {
-    /// Between the centres of two blocks, hours since the start of the life.
-    pub after_fh: f64,
-    pub until_fh: f64,
-    /// What the growth was multiplied by.
-    pub factor: f64,
-}
-
-/// A fault group under its two hypotheses.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Mode {
-    /// Log of the prior weight of being the dominant one.
-    pub log_dominance: f64,
-    pub minor: Bank,
-    pub dominant: Bank,
-}
-
-/// A group under one hypothesis: Kalman filters over the grid of rates.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Bank {
-    /// Log of prior times likelihood, per rate; not normalised.
-    pub log_weights: Vec<f64>,
-    /// One or two.
-    pub axes: Vec<Axis>,
-}
-
-/// One entry of the fault vector, at every rate of the grid.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Axis {
-    /// Index into the fault vector.
-    pub entry: usize,
-    /// Whether observations are clipped at nominal.
-    pub clipped: bool,
-    pub tracks: Vec<Track>,
-}
-
 impl Filter {
     /// At the start of a life of a component with these faults.
     pub fn new(model: &FaultModel, prior: &FleetPrior) -> Self {
-        let mode = |group: &FaultGroup| {
-            let kind = prior.of(group);
-            Mode {
-                log_dominance: libm::log(kind.dominance),
-                minor: Bank::new(group, &kind.rate_weights, kind.minor),
-                dominant: Bank::new(group, &kind.rate_weights, kind.dominant),
-            }
-        };
-        let modes: Vec<Mode> = model.groups.iter().map(mode).collect();
+        let modes: Vec<Mode> = model.groups.iter().map(|group| Mode::new(group, prior.of(group))).collect();
         let growth_changes = prior.growth_changes.filter(|changes| changes.probability > 0.0);
         Self {
             model: model.clone(),
@@ -125,7 +66,7 @@ impl Filter {
             clipped_mean: prior.clipped_mean,
             t_fh: 0.0,
             observations: 0,
-            particles: particles(&modes, growth_changes),
+            particles: at_start(&modes, growth_changes),
             consistency: prior.consistency.map(|limits| Consistency::new(model, prior, limits)),
         }
     }
@@ -147,7 +88,7 @@ impl Filter {
     pub fn update(&mut self, block: &Block) {
         let dt_h = block.centre_fh - self.t_fh;
         self.advance(block);
-        let expected = self.consistency.as_ref().map(|_| self.expected(block));
+        let expected = self.consistency.as_ref().map(|_| self.posterior().expected(block, self.clipped_mean));
         for mode in self.particles.iter_mut().flat_map(|particle| &mut particle.modes) {
             mode.minor.correct(block, &self.model.nominal, self.clipped_mean);
             mode.dominant.correct(block, &self.model.nominal, self.clipped_mean);
@@ -156,9 +97,10 @@ impl Filter {
             resample(&mut self.particles[1..], &mut stream(block).substream(0));
         }
         self.observations += block.observations.len();
-        if let (Some(mut consistency), Some(expected)) = (self.consistency.take(), expected) {
-            consistency.update(self, block, &expected, dt_h);
-            self.consistency = Some(consistency);
+        let Self { model, process_noise, clipped_mean, particles, consistency, .. } = self;
+        if let (Some(consistency), Some(expected)) = (consistency, expected) {
+            let followed = Followed { model, process_noise: *process_noise, clipped_mean: *clipped_mean, particles };
+            consistency.update(followed, block, &expected, dt_h);
         }
     }
 
@@ -184,30 +126,31 @@ impl Filter {
 
     /// What is known at the centre of the last block.
     pub fn posterior(&self) -> Posterior {
-        Posterior::of(self)
+        Posterior {
+            particles: weighted(&self.particles),
+            model: self.model.clone(),
+            rates_per_h: self.rates_per_h.clone(),
+            process_noise: self.process_noise,
+            growth_changes: self.growth_changes,
+            t_fh: self.t_fh,
+            observations: self.observations,
+        }
     }
 
-    /// Log of the probability of everything seen, up to a constant.
-    pub(crate) fn log_evidence(&self) -> f64 {
-        log_sum(&self.particles.iter().map(Particle::log_weight).collect::<Vec<_>>())
+    /// Mean of each entry of the fault vector in the next block, nominal value included, as the blocks so far
+    /// lead one to expect it, with the standard deviation of what will be seen around it.
+    pub fn expect(&self, block: &Block) -> Vec<Moments> {
+        let mut ahead = self.clone();
+        ahead.advance(block);
+        ahead.posterior().expected(block, self.clipped_mean)
     }
-}
 
-/// All particles at the start of a life.
-fn particles(modes: &[Mode], growth_changes: Option<GrowthChanges>) -> Vec<Particle> {
-    let particle = |prior: f64, growth| Particle {
-        log_prior: libm::log(prior),
-        growth,
-        latest_change: None,
-        modes: modes.to_vec(),
-    };
-    let Some(changes) = growth_changes else {
-        return vec![particle(1.0, 1.0)];
-    };
-    let share = changes.probability / changes.particles as f64;
-    let mut particles = vec![particle(1.0 - changes.probability, 1.0)];
-    particles.extend(vec![particle(share, changes.start); changes.particles]);
-    particles
+    /// Why the life so far should not be taken for one of the fleet, in words with figures. `None` where
+    /// nothing speaks against it, or the prior holds no limits.
+    pub fn doubt(&self) -> Option<Doubt> {
+        let detail = self.consistency.as_ref()?.reasons(&self.model).join("; ");
+        (!detail.is_empty()).then_some(Doubt { kind: DoubtKind::Inconsistent, detail })
+    }
 }
 
 /// The random numbers of a block.
@@ -217,124 +160,4 @@ fn stream(block: &Block) -> Stream {
     let mut key = vec!["growth changes"];
     key.extend(content.iter().map(String::as_str));
     Stream::new(SEED, &key)
-}
-
-/// Systematic resampling when fewer than half of the particles carry the weight.
-fn resample(particles: &mut [Particle], stream: &mut Stream) {
-    let log_weights: Vec<f64> = particles.iter().map(Particle::log_weight).collect();
-    let n = particles.len() as f64;
-    let weights = normalised(&log_weights);
-    if weights.iter().map(|weight| weight * weight).sum::<f64>() * n <= 2.0 {
-        return;
-    }
-    let log_share = log_sum(&log_weights) - libm::log(n);
-    let chosen = systematic(&weights, stream.uniform()).into_iter().map(|parent| {
-        let particle = particles[parent].clone();
-        let log_evidence = log_sum(&log_dominance(&particle.modes));
-        Particle { log_prior: log_share - log_evidence, ..particle }
-    });
-    particles.clone_from_slice(&chosen.collect::<Vec<_>>());
-}
-
-/// As many indices as there are weights, each as often as its weight says (systematic resampling); `offset` is
-/// between zero and one.
-pub(crate) fn systematic(weights: &[f64], offset: f64) -> Vec<usize> {
-    let (n, mut parent, mut up_to) = (weights.len() as f64, 0, weights[0]);
-    let pick = |index: usize| {
-        while up_to * n < index as f64 + offset && parent + 1 < weights.len() {
-            parent += 1;
-            up_to += weights[parent];
-        }
-        parent
-    };
-    (0..weights.len()).map(pick).collect()
-}
-
-impl Particle {
-    /// Log of its weight, evidence included; not normalised.
-    pub fn log_weight(&self) -> f64 {
-        self.log_prior + log_sum(&log_dominance(&self.modes))
-    }
-
-    /// Multiplies the growth, by one where nothing changes.
-    fn change(&mut self, change: Change) {
-        if change.factor != 1.0 {
-            self.growth *= change.factor;
-            self.latest_change = Some(change);
-        }
-    }
-}
-
-/// Log of prior times likelihood of each group being the dominant one.
-pub(crate) fn log_dominance(modes: &[Mode]) -> Vec<f64> {
-    let minor: Vec<f64> = modes.iter().map(|mode| log_sum(&mode.minor.log_weights)).collect();
-    let all_minor: f64 = minor.iter().sum();
-    let instead =
-        |(mode, minor): (&Mode, &f64)| mode.log_dominance + log_sum(&mode.dominant.log_weights) + (all_minor - minor);
-    modes.iter().zip(&minor).map(instead).collect()
-}
-
-impl Bank {
-    pub fn new(group: &FaultGroup, rate_weights: &[f64], bias: BiasPrior) -> Self {
-        let start = Track {
-            x: 0.0,
-            b: bias.mean_per_h,
-            p_xx: START_SD * START_SD,
-            p_xb: 0.0,
-            p_bb: bias.sd_per_h * bias.sd_per_h,
-        };
-        let axis = |entry, clipped| Axis { entry, clipped, tracks: vec![start; rate_weights.len()] };
-        let axes = match *group {
-            FaultGroup::OneSided { index } => vec![axis(index, true)],
-            FaultGroup::Pair { indices } => indices.map(|index| axis(index, false)).into(),
-        };
-        Self { log_weights: rate_weights.iter().map(|&weight| libm::log(weight)).collect(), axes }
-    }
-
-    pub fn predict(&mut self, steps: &[Transition]) {
-        for axis in &mut self.axes {
-            axis.tracks.iter_mut().zip(steps).for_each(|(track, step)| track.predict(step));
-        }
-    }
-
-    pub fn correct(&mut self, block: &Block, nominal: &[f64], clipped_mean: ClippedMean) {
-        for axis in &mut self.axes {
-            let measured = axis.measured(block, nominal, clipped_mean);
-            for (track, log_weight) in axis.tracks.iter_mut().zip(&mut self.log_weights) {
-                *log_weight += track.correct(&measured);
-            }
-        }
-    }
-
-    /// Everything that blocks change, in a fixed order.
-    pub fn numbers(&mut self) -> impl Iterator<Item = &mut f64> {
-        let tracks = self.axes.iter_mut().flat_map(|axis| &mut axis.tracks);
-        let numbers = tracks.flat_map(|Track { x, b, p_xx, p_xb, p_bb }| [x, b, p_xx, p_xb, p_bb]);
-        self.log_weights.iter_mut().chain(numbers)
-    }
-}
-
-impl Axis {
-    /// What a block says of it.
-    pub fn measured(&self, block: &Block, nominal: &[f64], clipped_mean: ClippedMean) -> Measurement {
-        Measurement {
-            value: block.mean[self.entry] - nominal[self.entry],
-            variance: block.variance[self.entry],
-            sigma: block.sigma[self.entry],
-            clipped: self.clipped.then_some(clipped_mean),
-        }
-    }
-}
-
-/// Log of the sum of exponentials, the largest taken out first.
-pub(crate) fn log_sum(logs: &[f64]) -> f64 {
-    let largest = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let total: f64 = logs.iter().map(|log| libm::exp(log - largest)).sum();
-    largest + libm::log(total)
-}
-
-/// Exponentials of logs, scaled to sum to one.
-pub(crate) fn normalised(logs: &[f64]) -> Vec<f64> {
-    let total = log_sum(logs);
-    logs.iter().map(|log| libm::exp(log - total)).collect()
 }

@@ -19,6 +19,7 @@ use crate::{
     block::{Block, Observation, blocks},
     filter::Filter,
     growth_changes::GrowthChanges,
+    particle::log_evidence,
     posterior::BankPosterior,
     prior::{BiasPrior, FleetPrior, GroupPrior},
 };
@@ -157,7 +158,7 @@ impl Summary {
         let posterior = filter.posterior();
         let mut summary = Self {
             lives: 1.0,
-            log_evidence: filter.log_evidence(),
+            log_evidence: log_evidence(&filter.particles),
             changing: posterior.changing_probability(),
             ..Self::default()
         };

@@ -10,7 +10,7 @@
 
 use domain::explanation::{Growth, GrowthChange};
 
-use crate::{filter::Change, posterior::Posterior};
+use crate::{particle::Change, posterior::Posterior};
 
 /// Fewest different changes, in effect, that say how well the latest is known.
 const MIN_DIFFERENT: f64 = 2.0;

@@ -10,11 +10,14 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod backtest;
+mod bank;
 pub mod block;
 pub mod boundary;
 pub mod checkpoint;
 pub mod clipping;
-pub mod consistency;
+mod consistency;
+mod consistency_fit;
+mod entries;
 pub mod estimator;
 pub mod failure_time;
 pub mod filter;
@@ -25,8 +28,12 @@ mod growth_summary;
 pub mod hierarchy;
 mod kalman;
 mod least_squares;
+mod limits;
+mod log_sum_exp;
 pub mod metrics;
+mod moments;
 pub mod noise;
+mod particle;
 pub mod posterior;
 pub mod prior;
 mod surprise;
@@ -36,7 +43,7 @@ pub use block::{Block, Observation, OpenBlock, blocks, is_gap, unclosed};
 pub use boundary::{Boundary, Margin};
 pub use checkpoint::CheckpointError;
 pub use clipping::ClippedMean;
-pub use consistency::{ConsistencyLimits, fit_consistency};
+pub use consistency_fit::fit_consistency;
 pub use estimator::{
     Climatology, Estimator, Follower, Law, Linear, Oracle, PredictionSettings, Rbg, Ridge, RulEstimate, Thesis,
 };
@@ -46,6 +53,8 @@ pub use fit::{FitSettings, NoHistory, fit_growth_changes, fit_prior, fit_prior_f
 pub use forecast::{Draws, Forecast, ForecastSettings, Precision, forecast};
 pub use growth_changes::GrowthChanges;
 pub use hierarchy::learn_from_finished;
+pub use limits::ConsistencyLimits;
+pub use moments::Moments;
 pub use noise::{NoNoise, fit_noise};
-pub use posterior::{EntryEstimate, Moments, Posterior};
+pub use posterior::{EntryEstimate, Posterior};
 pub use prior::{BiasPrior, FailureTimeError, FleetPrior, GroupPrior};

@@ -9,7 +9,7 @@
 //!   estimates hardly matter.
 //! - Source: von Neumann et al. 1941 for successive differences.
 
-use domain::{FaultGroup, FaultModel, state::BLOCK_FH};
+use domain::{FaultGroup, FaultModel, block::BLOCK_FH};
 
 use crate::block::Observation;
 

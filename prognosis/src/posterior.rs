@@ -3,9 +3,13 @@
 use domain::{FaultGroup, FaultModel, FaultTrend, Propagation, Stream};
 
 use crate::{
-    filter::{Axis, Bank, Change, Filter, Particle, log_dominance, normalised},
+    bank::{Axis, Bank},
+    entries::group_entries,
     growth_changes::GrowthChanges,
     kalman::Track,
+    log_sum_exp::normalised,
+    moments::Moments,
+    particle::{Change, Particle, log_dominance},
 };
 
 /// Columns of B: u = [1, load, temperature].
@@ -23,8 +27,8 @@ pub struct Posterior {
     pub(crate) rates_per_h: Vec<f64>,
     pub(crate) process_noise: f64,
     pub(crate) growth_changes: Option<GrowthChanges>,
-    t_fh: f64,
-    observations: usize,
+    pub(crate) t_fh: f64,
+    pub(crate) observations: usize,
     pub(crate) particles: Vec<ParticlePosterior>,
 }
 
@@ -68,15 +72,6 @@ pub struct EntryEstimate {
     pub bias_per_h: Moments,
 }
 
-/// Mean and standard deviation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Moments {
-    /// Mean.
-    pub mean: f64,
-    /// Standard deviation.
-    pub sigma: f64,
-}
-
 /// One draw from the posterior, per entry of the fault vector.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Draw {
@@ -93,20 +88,6 @@ pub(crate) struct Draw {
 }
 
 impl Posterior {
-    pub(crate) fn of(filter: &Filter) -> Self {
-        let log_weights: Vec<f64> = filter.particles.iter().map(Particle::log_weight).collect();
-        let particles = filter.particles.iter().zip(normalised(&log_weights));
-        Self {
-            particles: particles.map(|(particle, weight)| ParticlePosterior::of(particle, weight)).collect(),
-            model: filter.model.clone(),
-            rates_per_h: filter.rates_per_h.clone(),
-            process_noise: filter.process_noise,
-            growth_changes: filter.growth_changes,
-            t_fh: filter.t_fh,
-            observations: filter.observations,
-        }
-    }
-
     /// The time that it belongs to, hours since the start of the life: the centre of the last block.
     pub fn t_fh(&self) -> f64 {
         self.t_fh
@@ -238,6 +219,13 @@ impl Posterior {
     }
 }
 
+/// The particles of a filter, with weights that sum to one.
+pub(crate) fn weighted(particles: &[Particle]) -> Vec<ParticlePosterior> {
+    let log_weights: Vec<f64> = particles.iter().map(Particle::log_weight).collect();
+    let weights = normalised(&log_weights);
+    particles.iter().zip(weights).map(|(particle, weight)| ParticlePosterior::of(particle, weight)).collect()
+}
+
 impl ParticlePosterior {
     fn of(particle: &Particle, weight: f64) -> Self {
         let bank = |bank: &Bank| BankPosterior { weights: normalised(&bank.log_weights), axes: bank.axes.clone() };
@@ -260,33 +248,6 @@ impl ModePosterior {
             tracks.map(move |(rate, (weight, track))| (probability * weight, rate, track))
         })
     }
-}
-
-impl Moments {
-    /// Of a mixture of (weight, mean, variance), weights summing to one.
-    pub(crate) fn of(parts: impl Iterator<Item = (f64, f64, f64)>) -> Self {
-        let parts: Vec<_> = parts.collect();
-        let mean: f64 = parts.iter().map(|(weight, mean, _)| weight * mean).sum();
-        let variance = |(weight, part, variance): &(f64, f64, f64)| weight * (variance + (part - mean) * (part - mean));
-        Self { mean, sigma: parts.iter().map(variance).sum::<f64>().sqrt() }
-    }
-}
-
-/// Entries of the fault vector in the order of the axes of a group.
-pub(crate) fn group_entries(group: &FaultGroup) -> impl Iterator<Item = usize> + use<> {
-    let (first, second) = match *group {
-        FaultGroup::OneSided { index } => (index, None),
-        FaultGroup::Pair { indices: [a, b] } => (a, Some(b)),
-    };
-    std::iter::once(first).chain(second)
-}
-
-/// Entries of the fault vector that are never below nominal.
-pub(crate) fn one_sided(model: &FaultModel) -> impl Iterator<Item = usize> {
-    model.groups.iter().filter_map(|group| match *group {
-        FaultGroup::OneSided { index } => Some(index),
-        FaultGroup::Pair { .. } => None,
-    })
 }
 
 /// An index with probability as given; the last takes what rounding leaves over.

@@ -3,7 +3,7 @@
 use domain::FaultGroup;
 use serde::{Deserialize, Serialize};
 
-use crate::{clipping::ClippedMean, consistency::ConsistencyLimits, growth_changes::GrowthChanges};
+use crate::{clipping::ClippedMean, growth_changes::GrowthChanges, limits::ConsistencyLimits};
 
 /// Number of growth rates in the grid.
 const RATES: usize = 15;

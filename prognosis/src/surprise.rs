@@ -9,30 +9,23 @@
 
 use crate::{
     block::Block,
-    clipping::Expected,
-    filter::Filter,
-    posterior::{Moments, group_entries},
+    clipping::{ClippedMean, Expected},
+    entries::group_entries,
+    moments::Moments,
+    posterior::Posterior,
 };
 
-impl Filter {
-    /// Mean of each entry of the fault vector in the next block, nominal value included, as the blocks so far
-    /// lead one to expect it, with the standard deviation of what will be seen around it.
-    pub fn expect(&self, block: &Block) -> Vec<Moments> {
-        let mut ahead = self.clone();
-        ahead.advance(block);
-        ahead.expected(block)
-    }
-
-    /// [`Filter::expect`] of a filter that has been carried to the block already.
-    pub(crate) fn expected(&self, block: &Block) -> Vec<Moments> {
-        let posterior = self.posterior();
+impl Posterior {
+    /// Mean of each entry of the fault vector in a block, nominal value included, as this posterior leads one to
+    /// expect it at the block's centre, with the standard deviation of what will be seen around it.
+    pub(crate) fn expected(&self, block: &Block, clipped_mean: ClippedMean) -> Vec<Moments> {
         let mut expected = vec![None; self.model.len()];
         for (index, group) in self.model.groups.iter().enumerate() {
             for (axis, entry) in group_entries(group).enumerate() {
                 let nominal = self.model.nominal[entry];
                 let any = &self.particles[0].modes[index].minor.axes[axis];
-                let measured = any.measured(block, &self.model.nominal, self.clipped_mean);
-                let parts = posterior.mixture(index, axis).map(|(weight, _, track)| {
+                let measured = any.measured(block, &self.model.nominal, clipped_mean);
+                let parts = self.mixture(index, axis).map(|(weight, _, track)| {
                     let Expected { mean, slope, variance_ratio } = measured.expected(track.x);
                     let variance = slope * slope * track.p_xx + variance_ratio * measured.variance;
                     (weight, nominal + mean, variance)

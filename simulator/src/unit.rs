@@ -3,7 +3,8 @@
 use domain::{FaultVector, SerialNumber};
 use ema::{
     lf2::Parameters,
-    wear::{LifeHistory, Regime, simulate_life},
+    life::{LifeHistory, simulate_life},
+    wear_law::Regime,
 };
 
 /// A unit in one of its lives, which is told as it would go if nobody ever took it out.

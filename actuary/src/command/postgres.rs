@@ -5,13 +5,20 @@ use std::{io, path::Path};
 use anyhow::{Result, anyhow};
 use tokio::process::Command;
 
-use super::backup::{self, COPY};
-use crate::{database::Database, exit::Failure, interrupt::interrupted, say::say, service::on_runtime};
+use super::verify::whole;
+use crate::{
+    database::Database,
+    exit::Failure,
+    files::database_copy::{COPY, beside, put},
+    interrupt::interrupted,
+    say::say,
+    service::on_runtime,
+};
 
 /// Writes a backup by pg_dump.
 pub fn dump(database: &Database, out: &Path) -> Result<()> {
-    let beside = backup::beside(out)?;
-    let copy = beside.path().join(COPY);
+    let folder = beside(out)?;
+    let copy = folder.path().join(COPY);
     let (url, password) = database.login()?;
     let arguments = |file: &Path| -> Vec<String> {
         ["--format=custom", "--no-owner", "--dbname", &url, "--file"]
@@ -21,7 +28,7 @@ pub fn dump(database: &Database, out: &Path) -> Result<()> {
             .collect()
     };
     on_runtime(run("pg_dump", &arguments(&copy), &arguments(out), password))?;
-    backup::put(beside, out)?;
+    put(folder, out)?;
     say!("{}: a copy of {database}; actuary restore checks it", out.display());
     Ok(())
 }
@@ -39,7 +46,7 @@ pub fn restore(database: &Database, from: &Path) -> Result<()> {
         run("pg_restore", &arguments, &arguments, password).await?;
         match database.open_read_only().await {
             Ok(store) => {
-                let checked = backup::check(&store).await;
+                let checked = whole(&store).await;
                 store.close().await;
                 say!("{database}: {}", checked?);
             }

@@ -9,10 +9,11 @@ use anyhow::{Context, Result};
 use clap::Args;
 use store::{Options, Store, StoreError};
 
-use super::backup::{self, COPY};
+use super::verify::whole;
 use crate::{
     database::Database,
     exit::Failure,
+    files::database_copy::{COPY, beside, put},
     say::{note, say},
     service::on_runtime,
 };
@@ -78,18 +79,18 @@ async fn restore(from: &Path, file: &Path) -> Result<()> {
         }
         error => Failure::BadInput(format!("{}: {error}", from.display())),
     };
-    let beside = backup::beside(file)?;
-    let copy = beside.path().join(COPY);
+    let folder = beside(file)?;
+    let copy = folder.path().join(COPY);
     fs::copy(from, &copy)?;
     let url = format!("sqlite:{}", copy.display());
     if Store::adopt(&url).await.map_err(refuse)? {
         note!("actuary: {}: is a copy of a database that was in use; what was in its log is not in it", from.display());
     }
     let store = Store::open(&url, Options::default()).await.map_err(refuse)?;
-    let checked = backup::check(&store).await;
+    let checked = whole(&store).await;
     store.close().await;
     let words = checked.with_context(|| format!("{} is not restored", from.display()))?;
-    backup::put(beside, file)?;
+    put(folder, file)?;
     say!("{}: {words}", file.display());
     Ok(())
 }

@@ -82,3 +82,27 @@ pub fn undamaged(found: &Verification) -> Result<()> {
         damaged => Err(anyhow!("{damaged} of {} rows are damaged", found.rows())),
     }
 }
+
+/// Whether a database is whole: its structure, every row, the audit log; in words, what it holds.
+pub async fn whole(store: &Store) -> Result<String> {
+    if let Some(first) = store.check_structure().await?.first() {
+        return Err(anyhow!("its structure is damaged: {first}"));
+    }
+    let found = store.verify().await?;
+    undamaged(&found)?;
+    for chain in store.verify_audit().await? {
+        if let Some(damage) = chain.damage {
+            let whose = chain.operator.map_or_else(|| "the installation".to_owned(), |operator| operator.to_string());
+            return Err(anyhow!("audit log of {whose}, record {}: {}", damage.sequence, damage.detail));
+        }
+    }
+    let held = store.digest().await?;
+    let pending = store.pending().await?;
+    Ok(format!(
+        "{} rows match their checksums, {} estimates of {} lives, {pending} uploads pending\ndigest {}",
+        found.rows(),
+        held.estimates,
+        held.lives,
+        held.digest
+    ))
+}

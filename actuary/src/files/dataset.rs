@@ -13,7 +13,7 @@ use domain::{
 use pipeline::Dataset;
 
 use super::{
-    labels,
+    figures, labels,
     output::Draft,
     table::{Column, Table},
 };
@@ -59,7 +59,7 @@ pub fn read(folder: &Path) -> Result<Dataset, Failure> {
     let y = matrix(&folder.join("Y.csv"), angles_rad.len())?;
     must_have_rows(&y, k.rows(), "K.csv")?;
     let faults = |row| -> Result<_, Failure> {
-        Ok(FaultVector((0..k.columns()).map(|i| labels::fault(&k.column_at(i), row)).collect::<Result<_, _>>()?))
+        Ok(FaultVector((0..k.columns()).map(|i| figures::fault(&k.column_at(i), row)).collect::<Result<_, _>>()?))
     };
     let ratios = ratios_per_point(folder, k.rows(), angles_rad.len())?;
     let means = mean_ratios(folder, k.rows())?;

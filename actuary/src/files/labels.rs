@@ -10,7 +10,10 @@ use ema::assessment::{Assessment, Requirements};
 use pipeline::Labels;
 use prognosis::surrogate::LabelledFaults;
 
-use super::table::{Column, Table};
+use super::{
+    figures::fault,
+    table::{Column, Table},
+};
 use crate::exit::Failure;
 
 /// No-load speed, stall load, gain margin, phase margin; an empty margin = no crossing.
@@ -46,14 +49,6 @@ pub fn read(file: &Path, fault_names: &[String]) -> Result<Labels, Failure> {
     }
     let known_margins = least.is_some() || samples.iter().any(|sample| sample.margins.len() > 1);
     Ok(if known_margins { Labels::Margins(samples) } else { Labels::Verdicts(samples) })
-}
-
-/// A fault of one row: a number in [0, 1].
-pub fn fault(column: &Column, row: usize) -> Result<f64, Failure> {
-    match column.number(row)? {
-        k if (0.0..=1.0).contains(&k) => Ok(k),
-        k => Err(column.refuse(row, format!("{k} is outside 0 to 1"))),
-    }
 }
 
 fn verdicts(table: &Table, column: Column) -> Result<Vec<bool>, Failure> {

@@ -2,8 +2,9 @@
 
 use ema::{
     lf2::Parameters,
+    life::{LifeHistory, simulate_life, simulate_life_of},
     scenario::Scenario,
-    wear::{FAULTS, LifeHistory, Regime, simulate_life, simulate_life_of},
+    wear_law::{FAULTS, Regime},
 };
 use rayon::prelude::*;
 

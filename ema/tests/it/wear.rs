@@ -3,8 +3,11 @@
 use domain::Stream;
 use ema::{
     assessment::assess,
+    failure_watch::FailureWatch,
     lf2::Parameters,
-    wear::{DIAGNOSIS_SD, Environment, FAULTS, FailureWatch, Regime, STEP_FH, Wear, WearLaw, simulate_life},
+    life::{DIAGNOSIS_SD, simulate_life},
+    wear::{Environment, STEP_FH, Wear},
+    wear_law::{FAULTS, Regime, WearLaw},
 };
 use rayon::prelude::*;
 

@@ -4,14 +4,15 @@ use domain::{FaultModel, FaultVector};
 use ema::{
     assessment::assess,
     lf2::Parameters,
-    wear::{DIAGNOSIS_SD, LifeHistory, Regime, simulate_life},
+    life::{DIAGNOSIS_SD, LifeHistory, simulate_life},
+    wear_law::Regime,
 };
 use prognosis::{
     block::Observation,
     boundary::Boundary,
-    consistency::fit_consistency,
     failure_time::{FinishedLife, fit_failure_time_error},
     fit::{FitSettings, NoHistory, fit_growth_changes, fit_prior},
+    fit_consistency,
     prior::FleetPrior,
     surrogate::LabelledFaults,
 };

@@ -11,7 +11,8 @@ use domain::{FaultModel, Propagation, Stream};
 use super::PredictionSettings;
 use crate::{
     boundary::Boundary,
-    posterior::{self, Moments},
+    entries,
+    moments::Moments,
     prior::{FailureTimeError, FleetPrior},
 };
 
@@ -70,7 +71,7 @@ pub(super) struct Extrapolation<'a> {
 impl<'a> Extrapolation<'a> {
     pub fn new(model: &'a FaultModel, prior: &FleetPrior, boundary: &'a dyn Boundary) -> Self {
         let mut one_sided = vec![false; model.len()];
-        posterior::one_sided(model).for_each(|entry| one_sided[entry] = true);
+        entries::one_sided(model).for_each(|entry| one_sided[entry] = true);
         let FleetPrior { process_noise, failure_time_error: error, .. } = *prior;
         Self { boundary, nominal: &model.nominal, one_sided, process_noise, error }
     }

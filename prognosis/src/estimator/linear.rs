@@ -15,7 +15,7 @@ use super::{
     extrapolation::{Extrapolation, Separate, Start, propagation},
     recent::Recent,
 };
-use crate::{block::Observation, boundary::Boundary, posterior::Moments, prior::FleetPrior};
+use crate::{block::Observation, boundary::Boundary, moments::Moments, prior::FleetPrior};
 
 const NAME: &str = "linear";
 /// Fewest observations of a line with a spread.

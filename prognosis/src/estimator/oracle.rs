@@ -21,13 +21,15 @@ use super::{
     extrapolation::{Extrapolation, Growth, STEP_FH, Start},
 };
 use crate::{
+    bank::START_SD,
     block::{Block, Observation, OpenBlock},
     boundary::Boundary,
     clipping::{ClippedMean, Expected},
-    filter::{START_SD, normalised, systematic},
+    entries::one_sided,
     growth_changes::{ChangesToCome, GrowthChanges},
     kalman::robust_log_likelihood,
-    posterior::one_sided,
+    log_sum_exp::normalised,
+    particle::systematic,
     prior::FleetPrior,
 };
 

@@ -19,7 +19,7 @@ use super::{
 use crate::{
     block::{Block, Observation, OpenBlock},
     boundary::Boundary,
-    posterior::Moments,
+    moments::Moments,
     prior::{FleetPrior, GroupPrior},
 };
 

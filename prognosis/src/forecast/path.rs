@@ -17,9 +17,10 @@ use domain::{FaultGroup, Stream};
 use super::passage::BrownianBridge;
 use crate::{
     boundary::Boundary,
+    entries::{self, group_entries},
     growth_changes::ChangesToCome,
     kalman::Transition,
-    posterior::{self, Draw, Posterior, group_entries},
+    posterior::{Draw, Posterior},
 };
 
 /// Farthest that a fault is expected to move in one step, so that no step leaps over the boundary to
@@ -87,7 +88,7 @@ impl<'a> Path<'a> {
         let tilt = stream.normal();
         let draw = posterior.draw(&mut stream);
         let mut one_sided = vec![false; draw.deviation.len()];
-        posterior::one_sided(&posterior.model).for_each(|entry| one_sided[entry] = true);
+        entries::one_sided(&posterior.model).for_each(|entry| one_sided[entry] = true);
         let start = draw.deviation.clone();
         let here = Point { t_fh: 0.0, x: Vec::new(), margin: 0.0, gradient: Vec::new(), outside_training: false };
         let mut path = Self {

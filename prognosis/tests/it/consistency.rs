@@ -4,8 +4,9 @@ use crate::simulated::{Growth, observe};
 use domain::{DoubtKind, FaultModel, FaultVector, Stream};
 use ema::{
     lf2::Parameters,
+    life::{DIAGNOSIS_SD, LifeHistory, simulate_life_of},
     scenario::Scenario,
-    wear::{DIAGNOSIS_SD, LifeHistory, Regime, simulate_life_of},
+    wear_law::Regime,
 };
 use prognosis::{ConsistencyLimits, Filter, FitSettings, FleetPrior, Observation, blocks, fit_consistency, fit_prior};
 use rayon::prelude::*;

@@ -21,7 +21,7 @@ impl Course {
     /// Reads the course of a life: its newest blocks, as many as fit a chart.
     pub async fn read(state: &State, component: &Component, life: &LifeRecord) -> Result<Self, Refusal> {
         let newest_fh = life.last.as_ref().map_or(0.0, |last| last.flight_hours);
-        let from_fh = (newest_fh - f64::from(MAX_BLOCKS) * domain::state::BLOCK_FH).max(0.0);
+        let from_fh = (newest_fh - f64::from(MAX_BLOCKS) * domain::block::BLOCK_FH).max(0.0);
         let of = HistoryOf::from(Some(life.overhaul_index));
         let blocks = state.store.states(component, of, Some(from_fh), None, None, MAX_BLOCKS).await?;
         let models = answer::fault_models(state).await?;

@@ -19,13 +19,11 @@ use super::{
 use crate::{
     exit::Failure,
     files::{
-        labels::fault,
+        figures::{fault, time},
         table::{Column, Table},
     },
 };
 
-/// No life is longer, flight hours.
-const LONGEST_FH: f64 = 1e6;
 /// Failure and last observation of one clock differ by no more than the rounding of a file, flight hours.
 const ROUNDING_FH: f64 = 1e-6;
 /// Seconds of an hour, and how far from them the ratio of two times may be that were told in both.
@@ -248,17 +246,6 @@ impl<'a> TruthFile<'a> {
         match self.taken {
             0 => Err(refuse(format!("{}: tells of no run of {}", self.file.display(), self.histories.display()))),
             _ => Ok(()),
-        }
-    }
-}
-
-/// Flight hours since the start of a life.
-pub fn time(column: &Column, row: usize) -> Result<f64, Failure> {
-    match column.number(row)? {
-        t_fh if (0.0..=LONGEST_FH).contains(&t_fh) => Ok(t_fh),
-        t_fh => {
-            let unit = if t_fh > LONGEST_FH { ": are these seconds?" } else { "" };
-            Err(column.refuse(row, format!("{t_fh} is outside 0 to {LONGEST_FH} flight hours{unit}")))
         }
     }
 }

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use anyhow::{Context, Result};
 use domain::FaultModel;
-use ema::wear::DIAGNOSIS_SD;
+use ema::life::DIAGNOSIS_SD;
 use pipeline::{Labels, Model};
 use prognosis::{
     FinishedLife, FitSettings, FleetPrior, Observation, fit_consistency, fit_failure_time_error, fit_growth_changes,

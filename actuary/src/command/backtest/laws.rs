@@ -5,10 +5,13 @@ use std::{collections::BTreeMap, path::Path};
 use domain::FaultModel;
 use prognosis::Law;
 
-use super::{histories::time, refuse};
+use super::refuse;
 use crate::{
     exit::Failure,
-    files::table::{Column, Table},
+    files::{
+        figures::time,
+        table::{Column, Table},
+    },
 };
 
 /// Columns of B: u = [1, load, temperature].

@@ -9,8 +9,9 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use ema::{
     lf2::Parameters,
+    life::{LifeHistory, simulate_life_of},
     scenario::Scenario,
-    wear::{FAULTS, LifeHistory, Regime, simulate_life_of},
+    wear_law::{FAULTS, Regime},
 };
 use pipeline::Progress;
 use rayon::prelude::*;

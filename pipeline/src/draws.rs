@@ -1,0 +1,40 @@
+//! Draws of the end of a life from what is known of it.
+
+use domain::{Estimate, Life, Stream, rul::HORIZON_FH};
+use prognosis::{
+    forecast::{self, Draws, ForecastSettings, forecast},
+    posterior::Posterior,
+};
+
+use crate::{LifeContext, Model};
+
+/// Seed of every draw; the natural key tells lives and uploads apart.
+pub(crate) const SEED: u64 = 1;
+
+impl Model {
+    /// Draws of the end of life, counted from `newest`; random numbers are those of the upload of `key`.
+    pub(crate) fn draw(
+        &self,
+        context: &LifeContext,
+        posterior: &Posterior,
+        newest: &Estimate,
+        key: &Estimate,
+        draws: Draws,
+    ) -> forecast::Forecast {
+        let Life { component, overhaul_index } = context.life;
+        let stream = Stream::new(
+            SEED,
+            &[
+                component.operator.as_str(),
+                component.part_number.as_str(),
+                component.serial_number.as_str(),
+                &overhaul_index.to_string(),
+                key.upload_id.as_str(),
+            ],
+        );
+        let lag_fh = newest.flight_hours - posterior.t_fh();
+        let settings = ForecastSettings { draws, horizon_fh: HORIZON_FH, ..ForecastSettings::default() };
+        let error = context.prior.body.failure_time_error;
+        forecast(posterior, lag_fh, &self.bundle.surrogate, error, &settings, &stream)
+    }
+}

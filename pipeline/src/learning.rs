@@ -1,0 +1,61 @@
+//! What the finished lives of an operator teach: a fleet prior.
+
+use domain::{Estimate, UploadId};
+use prognosis::{FinishedLife, block::Observation, learn_from_finished};
+
+use crate::{Model, Prior, course::observation};
+
+/// Seed of everything random in learning.
+const SEED: u64 = 1;
+
+/// A life that ended in failure, as the service has followed it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PastLife {
+    /// Estimates that count in it, in its order.
+    pub estimates: Vec<Estimate>,
+    /// The component's hours since new at which it began.
+    pub began_fh: f64,
+    /// When it was found failed, hours since new.
+    pub failure_fh: f64,
+}
+
+/// A life that is to teach holds an estimate that is not of the bundle's faults.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the estimate of {upload_id} tells {found} faults, the bundle knows {expected}")]
+pub struct OtherFaults {
+    /// The upload.
+    pub upload_id: UploadId,
+    /// How many faults its estimate tells.
+    pub found: usize,
+    /// How many the bundle knows.
+    pub expected: usize,
+}
+
+impl Model {
+    /// What finished lives teach, starting from the bundle's own prior, which stays where nothing was seen of them.
+    /// Offline: seconds to minutes on all cores. Refuses estimates that are not of the bundle's faults.
+    pub fn learn_prior(&self, lives: &[PastLife]) -> Result<Prior, OtherFaults> {
+        lives.iter().flat_map(|life| &life.estimates).try_for_each(|estimate| self.knows_faults_of(estimate))?;
+        let since_beginning = |life: &PastLife, observation: Observation| Observation {
+            t_fh: observation.t_fh - life.began_fh,
+            ..observation
+        };
+        let finished = |life: &PastLife| FinishedLife {
+            observations: life.estimates.iter().filter_map(observation).map(|one| since_beginning(life, one)).collect(),
+            failure_fh: life.failure_fh - life.began_fh,
+        };
+        let lives: Vec<FinishedLife> = lives.iter().map(finished).collect();
+        let Self { bundle, prior, .. } = self;
+        let learned = learn_from_finished(&prior.body, &lives, &bundle.faults, &bundle.surrogate, SEED);
+        Ok(learned.map_or_else(|_| Prior::clone(prior), Prior::new))
+    }
+
+    fn knows_faults_of(&self, estimate: &Estimate) -> Result<(), OtherFaults> {
+        let Some(diagnosis) = estimate.usable() else { return Ok(()) };
+        let (found, expected) = (diagnosis.fault_vector.values().len(), self.bundle.faults.nominal.len());
+        if [found, diagnosis.sigma.len()] == [expected; 2] {
+            return Ok(());
+        }
+        Err(OtherFaults { upload_id: estimate.upload_id.clone(), found, expected })
+    }
+}

@@ -1,0 +1,130 @@
+//! One hypothesis about the growth of a life so far, with a weight; many of them follow growth that may change.
+
+use domain::{FaultGroup, Stream};
+
+use crate::{
+    bank::Bank,
+    growth_changes::GrowthChanges,
+    log_sum_exp::{log_sum, normalised},
+    prior::GroupPrior,
+};
+
+/// One hypothesis about the growth so far.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Particle {
+    /// Log of its weight before any evidence; resampling takes the evidence of the past out of it.
+    pub log_prior: f64,
+    /// The present growth multiplier.
+    pub growth: f64,
+    /// How it came about, unless it is that of the start.
+    pub latest_change: Option<Change>,
+    /// One per group of the model.
+    pub modes: Vec<Mode>,
+}
+
+/// A change of the growth, as coarse in time as the blocks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Change {
+    /// Between the centres of two blocks, hours since the start of the life.
+    pub after_fh: f64,
+    pub until_fh: f64,
+    /// What the growth was multiplied by.
+    pub factor: f64,
+}
+
+/// A fault group under its two hypotheses.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Mode {
+    /// Log of the prior weight of being the dominant one.
+    pub log_dominance: f64,
+    pub minor: Bank,
+    pub dominant: Bank,
+}
+
+/// All particles at the start of a life.
+pub(crate) fn at_start(modes: &[Mode], growth_changes: Option<GrowthChanges>) -> Vec<Particle> {
+    let particle = |prior: f64, growth| Particle {
+        log_prior: libm::log(prior),
+        growth,
+        latest_change: None,
+        modes: modes.to_vec(),
+    };
+    let Some(changes) = growth_changes else {
+        return vec![particle(1.0, 1.0)];
+    };
+    let share = changes.probability / changes.particles as f64;
+    let mut particles = vec![particle(1.0 - changes.probability, 1.0)];
+    particles.extend(vec![particle(share, changes.start); changes.particles]);
+    particles
+}
+
+/// Systematic resampling when fewer than half of the particles carry the weight.
+pub(crate) fn resample(particles: &mut [Particle], stream: &mut Stream) {
+    let log_weights: Vec<f64> = particles.iter().map(Particle::log_weight).collect();
+    let n = particles.len() as f64;
+    let weights = normalised(&log_weights);
+    if weights.iter().map(|weight| weight * weight).sum::<f64>() * n <= 2.0 {
+        return;
+    }
+    let log_share = log_sum(&log_weights) - libm::log(n);
+    let chosen = systematic(&weights, stream.uniform()).into_iter().map(|parent| {
+        let particle = particles[parent].clone();
+        let log_evidence = log_sum(&log_dominance(&particle.modes));
+        Particle { log_prior: log_share - log_evidence, ..particle }
+    });
+    particles.clone_from_slice(&chosen.collect::<Vec<_>>());
+}
+
+/// As many indices as there are weights, each as often as its weight says (systematic resampling); `offset` is
+/// between zero and one.
+pub(crate) fn systematic(weights: &[f64], offset: f64) -> Vec<usize> {
+    let (n, mut parent, mut up_to) = (weights.len() as f64, 0, weights[0]);
+    let pick = |index: usize| {
+        while up_to * n < index as f64 + offset && parent + 1 < weights.len() {
+            parent += 1;
+            up_to += weights[parent];
+        }
+        parent
+    };
+    (0..weights.len()).map(pick).collect()
+}
+
+impl Particle {
+    /// Log of its weight, evidence included; not normalised.
+    pub fn log_weight(&self) -> f64 {
+        self.log_prior + log_sum(&log_dominance(&self.modes))
+    }
+
+    /// Multiplies the growth, by one where nothing changes.
+    pub fn change(&mut self, change: Change) {
+        if change.factor != 1.0 {
+            self.growth *= change.factor;
+            self.latest_change = Some(change);
+        }
+    }
+}
+
+/// Log of prior times likelihood of each group being the dominant one.
+pub(crate) fn log_dominance(modes: &[Mode]) -> Vec<f64> {
+    let minor: Vec<f64> = modes.iter().map(|mode| log_sum(&mode.minor.log_weights)).collect();
+    let all_minor: f64 = minor.iter().sum();
+    let instead =
+        |(mode, minor): (&Mode, &f64)| mode.log_dominance + log_sum(&mode.dominant.log_weights) + (all_minor - minor);
+    modes.iter().zip(&minor).map(instead).collect()
+}
+
+/// Log of the probability of everything that the particles have seen, up to a constant.
+pub(crate) fn log_evidence(particles: &[Particle]) -> f64 {
+    log_sum(&particles.iter().map(Particle::log_weight).collect::<Vec<_>>())
+}
+
+impl Mode {
+    /// A group at the start of a life, by the prior of its kind.
+    pub fn new(group: &FaultGroup, kind: &GroupPrior) -> Self {
+        Self {
+            log_dominance: libm::log(kind.dominance),
+            minor: Bank::new(group, &kind.rate_weights, kind.minor),
+            dominant: Bank::new(group, &kind.rate_weights, kind.dominant),
+        }
+    }
+}
