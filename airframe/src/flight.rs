@@ -11,10 +11,11 @@
 use std::f64::consts::PI;
 
 use domain::{
-    AirData, SensorConfiguration, Strain, Stream,
+    AirData, SensorConfiguration, Strain,
     sensor_configuration::{Effectiveness, HingePosition, HingeRows, Side, Surface},
     upload::{STRAIN_SENSORS, TEMPERATURE_SENSORS},
 };
+use numerics::Stream;
 
 use crate::{
     fbg,

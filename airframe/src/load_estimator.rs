@@ -22,7 +22,6 @@
 //! Source: Berri 2021, section 4.1.3, with z in place of the flight condition (eq. 4.12 and 4.13,
 //! corrected); studentised innovations as in Rousseeuw and Leroy 1987, chapter 6.
 
-mod cholesky;
 mod prior;
 mod readings;
 mod settings;
@@ -32,13 +31,16 @@ use domain::{
     sensor_configuration::{Side, Surface},
     upload::{AirData, STRAIN_SENSORS, Strain},
 };
+use numerics::{FixedCholesky, chi_square};
 
 pub use prior::{Covariance, FlightEnvelope, Prior};
 pub use settings::EstimatorSettings;
 
 use crate::products::{Products, felt_by, response};
-use cholesky::{Cholesky, Vector};
 use readings::Readings;
+
+/// A vector with one entry per strain grating; only the first n count.
+type Vector = [f64; STRAIN_SENSORS];
 
 /// Reads loads by one sensor configuration.
 #[derive(Debug, Clone)]
@@ -216,7 +218,7 @@ impl LoadEstimator {
             let worst = innovation.worst();
             if worst.studentised > self.settings.exclusion_limit && excluded.len() < self.settings.max_exclusions {
                 excluded.push(active.remove(worst.place) as u8);
-            } else if innovation.chi_square() > CHI_SQUARE_999[active.len() - 1] {
+            } else if innovation.chi_square() > chi_square::QUANTILES_999[active.len() - 1] {
                 return None;
             } else {
                 return innovation.posterior(prior);
@@ -233,27 +235,11 @@ struct Fusion {
     excluded: Vec<u8>,
 }
 
-/// 99.9 % quantile of chi-square with 1, 2, ... degrees of freedom.
-const CHI_SQUARE_999: Vector = [
-    10.827_566_170_662_733,
-    13.815_510_557_964_274,
-    16.266_236_196_238_13,
-    18.466_826_952_903_17,
-    20.515_005_652_432_876,
-    22.457_744_484_825_323,
-    24.321_886_347_856_854,
-    26.124_481_558_376_14,
-    27.877_164_871_256_57,
-    29.588_298_445_074_418,
-    31.264_133_620_239_992,
-    32.909_490_407_360_21,
-];
-
 /// The strain of the active gratings against what the prior expects.
 struct Innovation {
     n: usize,
     /// S = A P A' + R, factored.
-    factor: Cholesky,
+    factor: FixedCholesky<STRAIN_SENSORS>,
     /// A P, a row per active grating.
     gain: [Products; STRAIN_SENSORS],
     /// v.
@@ -286,8 +272,9 @@ impl Innovation {
             gain[a] = std::array::from_fn(|k| response(&map[*i], &prior.covariance[k]));
             difference[a] = readings.strain[*i]? - expected[*i];
         }
-        let factor =
-            Cholesky::new(n, |a, b| response(&map[active[b]], &gain[a]) + readings.covariance(active[a], active[b]))?;
+        let factor = FixedCholesky::new(n, |a, b| {
+            response(&map[active[b]], &gain[a]) + readings.covariance(active[a], active[b])
+        })?;
         let weighted = factor.solve(&difference);
         Some(Self { n, factor, gain, difference, weighted })
     }

@@ -8,7 +8,8 @@ use std::hint::black_box;
 use common::{closed_form_maps, faults, mask};
 use criterion::{Criterion, criterion_group, criterion_main};
 use diagnosis::{MapKind, Measurement, TrainingSet, TrainingSettings, train};
-use domain::{LoadRatio, Stream};
+use domain::LoadRatio;
+use numerics::Stream;
 
 fn diagnose(criterion: &mut Criterion) {
     let maps = closed_form_maps(200, 1);

@@ -14,10 +14,11 @@
 //! Source: Berri 2021, sections 2.3 and 6.2-6.4.
 
 use domain::{Diagnosis, FaultGroup, FaultModel, FaultVector, LoadRatio, Mask, Outcome};
+use numerics::chi_square;
 use reduction::{GappyFit, GappyPod, PodBasis, Prior, ReductionError, Sample};
 use serde::{Deserialize, Serialize};
 
-use crate::{ErrorLaw, MapKind, MapReader, Measurement, Mlp, chi_square};
+use crate::{ErrorLaw, MapKind, MapReader, Measurement, Mlp};
 
 /// No map of training has a leading coefficient farther from the mean, standard deviations: with magnitudes of
 /// importance sampling, three shorts at their largest reach 5.7.

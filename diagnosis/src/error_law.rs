@@ -9,6 +9,7 @@
 //! components, Fevotte and Idier 2011), then one factor per fault so that the 90 % interval holds 90 %.
 //! Source: linearised propagation as in Berri 2021, section 2.3; the calibration is ours.
 
+use numerics::quantile;
 use serde::{Deserialize, Serialize};
 
 /// Standard normal quantile of 95 %: half width of the central 90 % interval.
@@ -101,18 +102,17 @@ fn variance(weights: &[f64; 3], features: &[f64; 3]) -> f64 {
 /// The factor on sigma at which 90 % of the nominal points lie within their 90 % interval.
 fn coverage_scale(points: &[CalibrationPoint], weights: &[f64; 3]) -> f64 {
     let nominal = points.iter().filter(|point| point.nominal_noise);
-    let mut ratios: Vec<f64> =
-        nominal.map(|point| point.error.abs() / variance(weights, &point.features()).sqrt()).collect();
+    let ratio = |point: &CalibrationPoint| point.error.abs() / variance(weights, &point.features()).sqrt();
+    let ratios = quantile::sorted(nominal.map(ratio).collect());
     if ratios.is_empty() {
         return 1.0;
     }
-    ratios.sort_unstable_by(f64::total_cmp);
-    ratios[(ratios.len() * 9 / 10).min(ratios.len() - 1)] / Z_90
+    quantile::with_before(&ratios, 0.9) / Z_90
 }
 
 #[cfg(test)]
 mod tests {
-    use domain::Stream;
+    use numerics::Stream;
 
     use super::*;
 

@@ -6,7 +6,6 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-pub mod chi_square;
 pub mod diagnoser;
 pub mod error_law;
 pub mod levenberg_marquardt;

@@ -6,7 +6,7 @@
 //! zeta (1 + mean r_new)/(1 + mean r).
 //! Source: closed form of the map at load ratio r, see [`reduction::load_invariant`].
 
-use domain::Stream;
+use numerics::Stream;
 use serde::{Deserialize, Serialize};
 
 /// How the load ratio in service differs from that of the training maps.

@@ -5,7 +5,7 @@
 //! Linear outputs: the caller clamps at evaluation only, since a clamped output has no gradient.
 //! Source: Berri 2021, eq. 2.15-2.16.
 
-use reduction::symmetric::dot;
+use numerics::symmetric::dot;
 use serde::{Deserialize, Serialize};
 
 /// A multilayer perceptron with one hidden layer of tanh units.

@@ -6,8 +6,8 @@
 //! follows from one Gram matrix of the features [d_h x_j, t_h], whatever the number of outputs.
 //! Parameters in order: hidden weights by unit, then output weights by output.
 
-use domain::Stream;
 use faer::{Accum, Mat, Par, linalg::matmul::matmul};
+use numerics::Stream;
 use rayon::prelude::*;
 
 use crate::{

@@ -1,6 +1,7 @@
 //! Uploads as an aircraft would send them, of maps of known faults.
 
-use domain::{LoadRatio, Mask, Stream};
+use domain::{LoadRatio, Mask};
+use numerics::Stream;
 use serde::{Deserialize, Serialize};
 
 use crate::{Measurement, TrainingMap};

@@ -10,7 +10,8 @@
 //! training maps where there is one, else the held-out maps serve.
 //! Source: Berri 2021, sections 2.3 and 6.2-6.3.
 
-use domain::{FaultModel, Mask, Stream};
+use domain::{FaultModel, Mask};
+use numerics::Stream;
 use rayon::prelude::*;
 use reduction::{GappyPod, ModeCount, PodBasis, Prior, ReductionError, Sample};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,7 @@
 //! Maps of known faults, which a training learns from and a validation judges by.
 
-use domain::{FaultModel, FaultVector, Stream};
+use domain::{FaultModel, FaultVector};
+use numerics::Stream;
 use reduction::load_invariant;
 
 use crate::{LoadVariation, MapKind, diagnoser::fault_gains};

@@ -3,7 +3,8 @@
 //! err_k = sqrt(mean over the faults of (estimate - truth)^2), one number per diagnosis.
 //! Source: Berri 2021, section 6.5, with the square inside the mean.
 
-use domain::{Mask, Outcome, Stream};
+use domain::{Mask, Outcome};
+use numerics::{Stream, quantile};
 use reduction::ReductionError;
 use serde::{Deserialize, Serialize};
 
@@ -63,13 +64,12 @@ pub fn validate(
         }
     }
     assert!(!errors.is_empty(), "no map could be diagnosed");
-    errors.sort_unstable_by(f64::total_cmp);
+    let errors = quantile::sorted(errors);
     let count = errors.len() as f64;
-    let quantile = |q: f64| errors[((q * count) as usize).min(errors.len() - 1)];
     Ok(Validation {
-        median: quantile(0.5),
+        median: quantile::with_before(&errors, 0.5),
         mean: errors.iter().sum::<f64>() / count,
-        p95: quantile(0.95),
+        p95: quantile::with_before(&errors, 0.95),
         coverage_90: inside.iter().map(|inside| inside / count).collect(),
         implausible: implausible / count,
     })

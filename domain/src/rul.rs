@@ -1,5 +1,6 @@
 //! The distribution of remaining useful life.
 
+use numerics::quantile;
 use serde::{Deserialize, Serialize};
 
 /// Probabilities of the quantiles that are served.
@@ -63,15 +64,8 @@ impl RulDistribution {
     /// The quantile at `level`, flight hours: linear between order statistics at (i + 1/2)/n;
     /// `None` when it is censored.
     pub fn quantile_fh(&self, level: f64) -> Option<f64> {
-        let position = (level * self.draws as f64 - 0.5).clamp(0.0, self.draws.saturating_sub(1) as f64);
-        let below = position.floor() as usize;
-        let fraction = position - below as f64;
-        let low = f64::from(*self.ends_fh.get(below)?);
-        if fraction == 0.0 {
-            return Some(low);
-        }
-        let high = f64::from(*self.ends_fh.get(below + 1)?);
-        Some(low + fraction * (high - low))
+        let end_fh = |index: usize| self.ends_fh.get(index).map(|&end_fh| f64::from(end_fh));
+        quantile::interpolated(end_fh, self.draws, level * self.draws as f64)
     }
 
     /// The quantiles at [`QUANTILE_LEVELS`].

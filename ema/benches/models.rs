@@ -4,7 +4,6 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use domain::Stream;
 use ema::{
     back_emf::{Awaited, MapAccumulator},
     closed_form,
@@ -17,6 +16,7 @@ use ema::{
     response::simulate_response,
     simulation::{Model, Settings, simulate, simulate_map, simulate_map_until},
 };
+use numerics::Stream;
 
 const MODELS: [Model; 3] = [Model::HighFidelity, Model::LowFidelity1, Model::LowFidelity1Thesis];
 

@@ -4,7 +4,8 @@
 //! step that it calls faulty.
 //! Units: flight hours; the rest is dimensionless.
 
-use domain::{FaultModel, FaultVector, Stream};
+use domain::{FaultModel, FaultVector};
+use numerics::Stream;
 
 use crate::{
     failure_watch::FailureWatch,

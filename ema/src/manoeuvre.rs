@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use domain::Stream;
+use numerics::Stream;
 use serde::{Deserialize, Serialize};
 
 /// One harmonic of a signal.

@@ -8,7 +8,7 @@
 
 use std::ops::RangeInclusive;
 
-use domain::Stream;
+use numerics::Stream;
 
 use crate::wear_law::{FAULTS, WearLaw};
 

@@ -9,7 +9,7 @@
 //! dimensionless.
 //! Source: Berri 2021, eq. 2.26, with process noise.
 
-use domain::Stream;
+use numerics::Stream;
 
 use crate::{
     scenario::{Course, entries},

@@ -5,7 +5,7 @@
 //! Shapes: five entries, in the order of the electrical fault model. Units: flight hours; the rest is dimensionless.
 //! Source: Berri 2021, eq. 2.26, with one dominant fault a life, and growth that may change.
 
-use domain::Stream;
+use numerics::Stream;
 
 /// Entries of the fault vector: three shorts and the two axes of the eccentricity.
 pub const FAULTS: usize = 5;

@@ -1,6 +1,7 @@
 //! Draws of the end of a life from what is known of it.
 
-use domain::{Estimate, Life, Stream, rul::HORIZON_FH};
+use domain::{Estimate, Life, rul::HORIZON_FH};
+use numerics::Stream;
 use prognosis::{
     forecast::{self, Draws, ForecastSettings, forecast},
     posterior::Posterior,

@@ -7,8 +7,9 @@ use airframe::{
     reference::{MEAN_HINGE_MOMENTS, reference_configuration},
     strain::Layout,
 };
-use domain::{HingeLoad, Invalid, SensorConfiguration, Stream, Upload, sensor_configuration::Surface};
+use domain::{HingeLoad, Invalid, SensorConfiguration, Upload, sensor_configuration::Surface};
 use ema::wear::AMBIENT_TEMPERATURE;
+use numerics::Stream;
 use serde::{Deserialize, Serialize};
 
 /// Simulated flights from which the envelope is learned.

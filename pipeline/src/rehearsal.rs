@@ -13,7 +13,7 @@ use std::{
 use diagnosis::Measurement;
 use domain::{
     Component, Diagnosis, Estimate, FaultGroup, FaultModel, FaultVector, Invalid, Life, LoadRatio, Mask,
-    NUMERICS_VERSION, Outcome, Stream, Timestamp, prognosis::Forecast,
+    NUMERICS_VERSION, Outcome, Timestamp, prognosis::Forecast,
 };
 use ema::{
     assessment::assess,
@@ -23,6 +23,7 @@ use ema::{
     manoeuvre::Manoeuvre,
     simulation::{self, Settings, simulate_map},
 };
+use numerics::Stream;
 use prognosis::Boundary;
 
 use crate::{EstimateError, Lf1Form, LifeContext, Model, OutlookError, sense};

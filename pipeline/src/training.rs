@@ -12,12 +12,13 @@ mod fleet;
 mod maps;
 
 use ::diagnosis::TrainingError;
-use domain::{FaultModel, FaultVector, Invalid, Stream};
+use domain::{FaultModel, FaultVector, Invalid};
 use ema::{
     assessment::assess_faults,
     lf2::{Faults, Parameters},
     motor::Motor,
 };
+use numerics::Stream;
 use prognosis::{
     fit::NoHistory,
     surrogate::{

@@ -8,7 +8,8 @@ mod simulated;
 use std::{hint::black_box, path::Path};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use domain::{FaultModel, Stream};
+use domain::FaultModel;
+use numerics::Stream;
 use prognosis::{
     Estimator, Filter, FleetPrior, ForecastSettings, PredictionSettings, Thesis, blocks, forecast,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings},

@@ -7,7 +7,7 @@
 //!   greatest dropped; blocks of other sizes differ by less than their noise.
 //! - Source: Tobin 1958; the table by four million blocks of antithetic errors.
 
-use domain::normal;
+use numerics::normal;
 use serde::{Deserialize, Serialize};
 
 /// How clipped observations are understood.
@@ -92,7 +92,7 @@ fn tabulated(z: f64) -> Expected {
 
 #[cfg(test)]
 mod tests {
-    use domain::Stream;
+    use numerics::Stream;
 
     use super::*;
 

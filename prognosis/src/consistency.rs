@@ -14,6 +14,7 @@
 //!   Gumbel 1958 for greatest values.
 
 use domain::{FaultGroup, FaultModel};
+use numerics::log_sum_exp::log_sum;
 
 use crate::{
     bank::Bank,
@@ -21,7 +22,6 @@ use crate::{
     clipping::ClippedMean,
     kalman::Transition,
     limits::ConsistencyLimits,
-    log_sum_exp::log_sum,
     moments::Moments,
     particle::{Particle, log_dominance, log_evidence},
     prior::{BiasPrior, FleetPrior},

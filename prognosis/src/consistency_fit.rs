@@ -5,6 +5,7 @@
 //! Source: Gumbel 1958 for greatest values.
 
 use domain::FaultModel;
+use numerics::quantile;
 use rayon::prelude::*;
 
 use crate::{
@@ -57,17 +58,17 @@ pub fn fit_consistency(
     clippy::disallowed_methods,
     reason = "learning: what is learned is named by its content, wherever it was learned"
 )]
-fn limit(mut greatest: Vec<f64>) -> f64 {
-    greatest.sort_unstable_by(f64::total_cmp);
+fn limit(greatest: Vec<f64>) -> f64 {
+    let greatest = quantile::sorted(greatest);
     let reduced = |probability: f64| -(-probability.ln()).ln();
-    let [low, high] = [0.1, 0.9].map(|level| (greatest[(level * greatest.len() as f64) as usize], reduced(level)));
+    let [low, high] = [0.1, 0.9].map(|level| (quantile::with_before(&greatest, level), reduced(level)));
     let scale = (high.0 - low.0) / (high.1 - low.1);
     high.0 + scale * (reduced(1.0 - FALSE_ALARMS) - high.1)
 }
 
 #[cfg(test)]
 mod tests {
-    use domain::Stream;
+    use numerics::Stream;
 
     use super::*;
 

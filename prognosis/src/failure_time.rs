@@ -11,7 +11,8 @@
 //! waver more than they say. Late, so that errors of the growth do not pass for errors of the boundary.
 //! **Source**: Dempster, Laird, Rubin 1977, of a mixture whose parts share their error.
 
-use domain::{FaultModel, Stream, normal};
+use domain::FaultModel;
+use numerics::{Stream, normal};
 use rayon::prelude::*;
 
 use crate::{

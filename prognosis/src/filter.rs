@@ -18,7 +18,8 @@
 //! numbers of a block are keyed by its content, so equal histories have equal states, whoever they
 //! belong to and however they arrived.
 
-use domain::{Doubt, DoubtKind, FaultModel, Stream};
+use domain::{Doubt, DoubtKind, FaultModel};
+use numerics::Stream;
 
 use crate::{
     block::Block,

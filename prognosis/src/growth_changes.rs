@@ -8,7 +8,7 @@
 //!   it from outside does not.
 //! - Source: jump Markov systems; Doucet, Gordon, Krishnamurthy 2001.
 
-use domain::Stream;
+use numerics::Stream;
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 
 /// Shortest mean time between changes that is read, flight hours: a life of more of them is followed for ever.

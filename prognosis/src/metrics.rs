@@ -4,6 +4,8 @@
 //! which counts as the horizon where a number is needed and as outside any band.
 //! Source: Saxena et al. 2010 for the prognostic metrics, Gneiting and Raftery 2007 for scores.
 
+use numerics::quantile;
+
 /// Continuous ranked probability score, flight hours: mean |x - y| - mean |x - x'| / 2 over all
 /// pairs of draws, with draws and truth cut at the horizon.
 pub fn crps_fh(draws: &[Option<f64>], truth_fh: f64, horizon_fh: f64) -> f64 {
@@ -17,9 +19,7 @@ pub fn crps_fh(draws: &[Option<f64>], truth_fh: f64, horizon_fh: f64) -> f64 {
 
 /// The draws in ascending order, censored ones at the horizon.
 fn cut(draws: &[Option<f64>], horizon_fh: f64) -> Vec<f64> {
-    let mut sorted: Vec<f64> = draws.iter().map(|draw| draw.unwrap_or(horizon_fh).min(horizon_fh)).collect();
-    sorted.sort_unstable_by(f64::total_cmp);
-    sorted
+    quantile::sorted(draws.iter().map(|draw| draw.unwrap_or(horizon_fh).min(horizon_fh)).collect())
 }
 
 /// Pinball loss of a quantile of `level`.

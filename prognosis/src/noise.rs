@@ -10,6 +10,7 @@
 //! - Source: von Neumann et al. 1941 for successive differences.
 
 use domain::{FaultGroup, FaultModel, block::BLOCK_FH};
+use numerics::quantile;
 
 use crate::block::Observation;
 
@@ -74,17 +75,14 @@ fn blocks(histories: &[Vec<Observation>], entry: usize) -> impl Iterator<Item = 
 /// Standard deviation of one estimate, from successive differences; else how few there are.
 fn scale<'a>(blocks: impl Iterator<Item = &'a Vec<f64>>) -> Result<f64, usize> {
     let differences = blocks.flat_map(|block| block.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
-    let mut differences: Vec<f64> = differences.collect();
+    let differences = quantile::sorted(differences.collect());
     if differences.len() < MIN_DIFFERENCES {
         return Err(differences.len());
     }
-    differences.sort_unstable_by(f64::total_cmp);
-    Ok(differences[(LEVEL * differences.len() as f64) as usize] / QUANTILE)
+    Ok(quantile::with_before(&differences, LEVEL) / QUANTILE)
 }
 
 /// The median, the upper one of two.
 fn middle(block: &[f64]) -> f64 {
-    let mut sorted = block.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    sorted[sorted.len() / 2]
+    quantile::with_before(&quantile::sorted(block.to_vec()), 0.5)
 }

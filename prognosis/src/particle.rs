@@ -1,13 +1,12 @@
 //! One hypothesis about the growth of a life so far, with a weight; many of them follow growth that may change.
 
-use domain::{FaultGroup, Stream};
-
-use crate::{
-    bank::Bank,
-    growth_changes::GrowthChanges,
+use domain::FaultGroup;
+use numerics::{
+    Stream,
     log_sum_exp::{log_sum, normalised},
-    prior::GroupPrior,
 };
+
+use crate::{bank::Bank, growth_changes::GrowthChanges, prior::GroupPrior};
 
 /// One hypothesis about the growth so far.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,13 +1,13 @@
 //! What the filter knows about a life at the centre of its last block.
 
-use domain::{FaultGroup, FaultModel, FaultTrend, Propagation, Stream};
+use domain::{FaultGroup, FaultModel, FaultTrend, Propagation};
+use numerics::{Stream, log_sum_exp::normalised};
 
 use crate::{
     bank::{Axis, Bank},
     entries::group_entries,
     growth_changes::GrowthChanges,
     kalman::Track,
-    log_sum_exp::normalised,
     moments::Moments,
     particle::{Change, Particle, log_dominance},
 };

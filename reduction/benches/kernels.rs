@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use domain::Stream;
+use numerics::Stream;
 use reduction::{GappyPod, MaskDesign, ModeCount, PodBasis, Prior, Sample};
 
 const BINS: usize = 360;

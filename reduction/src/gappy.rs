@@ -11,9 +11,10 @@
 //! Source: Berri 2021, section 2.3 (Everson and Sirovich 1995), as MAP with the POD prior.
 
 use domain::Mask;
+use numerics::{Symmetric, symmetric::dot};
 use serde::{Deserialize, Serialize};
 
-use crate::{PodBasis, ReductionError, Symmetric, symmetric::dot};
+use crate::{PodBasis, ReductionError};
 
 /// A flat prior is the POD prior with its variances this much larger.
 const FLAT_SCALE: f64 = 1e6;

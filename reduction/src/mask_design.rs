@@ -14,11 +14,12 @@
 
 #![allow(clippy::disallowed_methods, reason = "offline: a mask is chosen once")]
 
-use domain::{Coordinate, Mask, Stream};
+use domain::{Coordinate, Mask};
 use faer::{Mat, Side};
+use numerics::{Stream, Symmetric, symmetric::dot};
 use serde::{Deserialize, Serialize};
 
-use crate::{PodBasis, ReductionError, SelfOrganisingMap, Symmetric, symmetric::dot};
+use crate::{PodBasis, ReductionError, SelfOrganisingMap};
 
 /// Flat prior precision of the D-optimal design: keeps the first steps defined, and no more.
 const PRIOR_PRECISION: f64 = 1e-6;

@@ -7,9 +7,10 @@
 //! Source: Berri 2021, eq. 2.7-2.14, with the mean subtracted in 2.14 too.
 
 use faer::Mat;
+use numerics::symmetric::dot;
 use serde::{Deserialize, Serialize};
 
-use crate::{ReductionError, symmetric::dot};
+use crate::ReductionError;
 
 /// Singular values below this fraction of the first are rounding, not modes.
 const RANK_TOLERANCE: f64 = 1e-12;

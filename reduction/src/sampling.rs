@@ -9,7 +9,8 @@
 
 #![allow(clippy::disallowed_methods, reason = "offline: samples are drawn for training")]
 
-use domain::{FaultVector, Stream};
+use domain::FaultVector;
+use numerics::Stream;
 
 /// How fault vectors are spread over their domain.
 #[derive(Debug, Clone, Copy, PartialEq)]

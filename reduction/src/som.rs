@@ -9,7 +9,7 @@
 
 #![allow(clippy::disallowed_methods, reason = "offline: a mask is chosen once")]
 
-use domain::Stream;
+use numerics::Stream;
 use serde::{Deserialize, Serialize};
 
 /// How often every row is shown.

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use domain::{Mask, Stream};
+use domain::Mask;
 use ema::{faults::ElectricalFaults, motor::Motor, wear::AMBIENT_TEMPERATURE};
+use numerics::Stream;
 use proto::json::{FindingOutcome, MaintenanceBody, MaintenanceKind, UploadBody};
 use tokio::{sync::Semaphore, task::spawn_blocking};
 

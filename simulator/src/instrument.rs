@@ -1,7 +1,7 @@
 //! What an aircraft's electronics measure during one flight: samples of the back-EMF map at the mask,
 //! with the load ratio, under a random command and load.
 
-use domain::{LoadRatio, Mask, Stream};
+use domain::{LoadRatio, Mask};
 use ema::{
     back_emf::Awaited,
     closed_form,
@@ -11,6 +11,7 @@ use ema::{
     motor::Motor,
     simulation::{Model, Settings, simulate_map_until},
 };
+use numerics::Stream;
 
 /// Passes of the rotor through every mask point before an upload is complete.
 const PASSES: u32 = 10;

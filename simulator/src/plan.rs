@@ -1,6 +1,7 @@
 //! What a fleet is to be.
 
-use domain::{Position, Stream, TailNumber, Timestamp};
+use domain::{Position, TailNumber, Timestamp};
+use numerics::Stream;
 
 use crate::{FleetError, Physics, unit::Unit};
 

@@ -11,7 +11,7 @@ use std::{
     sync::Arc,
 };
 
-use domain::Stream;
+use numerics::Stream;
 use proto::json::{FindingOutcome, MaintenanceKind};
 
 use crate::{

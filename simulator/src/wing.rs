@@ -6,9 +6,10 @@ use airframe::{
     reference::{MEAN_HINGE_MOMENTS, reference_configuration},
 };
 use domain::{
-    Position, SensorConfiguration, Stream,
+    Position, SensorConfiguration,
     sensor_configuration::{HingePosition, Surface},
 };
+use numerics::Stream;
 
 /// Temperature at which the gratings show their reference wavelengths, degrees Celsius.
 const REFERENCE_TEMPERATURE_C: f64 = 20.0;

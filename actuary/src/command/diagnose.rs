@@ -8,7 +8,8 @@ use std::{
 
 use anyhow::Result;
 use clap::Args;
-use domain::{Diagnosis, LoadRatio, Mask, Outcome, Stream};
+use domain::{Diagnosis, LoadRatio, Mask, Outcome};
+use numerics::Stream;
 use pipeline::{Measurement, Model};
 use rayon::prelude::*;
 

@@ -5,7 +5,7 @@ use domain::{
     upload::{STRAIN_SENSORS, TEMPERATURE_SENSORS},
 };
 
-use super::{LoadEstimator, cholesky::Vector};
+use super::{LoadEstimator, Vector};
 use crate::{
     fbg::{self, Sensitivity},
     glue,

@@ -7,9 +7,10 @@ use airframe::{
     products::response, reference_beam, reference_configuration, strains,
 };
 use domain::{
-    SensorConfiguration, Stream,
+    SensorConfiguration,
     sensor_configuration::{HingePosition, Side, Surface},
 };
+use numerics::Stream;
 
 #[track_caller]
 fn close(value: f64, expected: f64, tolerance: f64) {

@@ -5,7 +5,7 @@ use airframe::{
     fbg,
     glue::{self, Drift, DriftWatch, Settling, SettlingSample},
 };
-use domain::Stream;
+use numerics::Stream;
 
 #[test]
 fn the_fit_inverts_the_model() {

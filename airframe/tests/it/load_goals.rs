@@ -6,10 +6,8 @@ use airframe::{
     LoadEstimator, LoadReading,
     flight::{Flight, FlightSettings},
 };
-use domain::{
-    Stream,
-    sensor_configuration::{Side, Surface},
-};
+use domain::sensor_configuration::{Side, Surface};
+use numerics::Stream;
 
 const FLIGHTS: u64 = 4000;
 /// Full-scale moment of flap and aileron, N m.

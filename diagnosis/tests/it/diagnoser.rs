@@ -7,7 +7,8 @@ use diagnosis::{
     Diagnoser, LoadInput, MapKind, Measurement, TrainingError, TrainingSet, TrainingSettings, ValidationSettings,
     train, validate,
 };
-use domain::{Diagnosis, FaultVector, LoadRatio, Mask, Outcome, Stream};
+use domain::{Diagnosis, FaultVector, LoadRatio, Mask, Outcome};
+use numerics::Stream;
 use reduction::{GappyPod, Prior};
 
 struct Trained {

@@ -5,7 +5,8 @@ use diagnosis::{
     Diagnoser, LoadInput, LoadVariation, MapKind, TrainingMap, TrainingSet, TrainingSettings, Validation,
     ValidationSettings, train, validate,
 };
-use domain::{Mask, Stream};
+use domain::Mask;
+use numerics::Stream;
 use reduction::MaskDesign;
 
 fn stream() -> Stream {

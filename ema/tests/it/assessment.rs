@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use domain::{FaultVector, Stream};
+use domain::FaultVector;
 use ema::{
     assessment::{Assessment, Requirements, assess, assess_faults},
     lf2::{Faults, InvalidFaults, Parameters},
 };
+use numerics::Stream;
 
 /// A fault vector with what the prototype found.
 struct Labelled {

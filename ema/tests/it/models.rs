@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use domain::{FaultVector, Stream};
+use domain::FaultVector;
 use ema::{
     back_emf::{Awaited, BackEmfMap},
     closed_form,
@@ -13,6 +13,7 @@ use ema::{
     response::{ResponsePoint, simulate_response},
     simulation::{Model, Settings, simulate_map, simulate_map_until},
 };
+use numerics::Stream;
 
 const BOTH: [Model; 2] = [Model::HighFidelity, Model::LowFidelity1];
 

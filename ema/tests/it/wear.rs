@@ -1,6 +1,5 @@
 //! Wear against its own law: moments of what is drawn, and a failure found where it is.
 
-use domain::Stream;
 use ema::{
     assessment::assess,
     failure_watch::FailureWatch,
@@ -9,6 +8,7 @@ use ema::{
     wear::{Environment, STEP_FH, Wear},
     wear_law::{FAULTS, Regime, WearLaw},
 };
+use numerics::Stream;
 use rayon::prelude::*;
 
 const REGIMES: [Regime; 2] = [Regime::Constant, Regime::Varying];

@@ -6,7 +6,8 @@
 
 use domain::FaultVector;
 use ema::commutation::{ACTIVE_PAIRS, bin_centre_rad, sector};
-use reduction::{Symmetric, load_invariant};
+use numerics::Symmetric;
+use reduction::load_invariant;
 
 /// Steps; the fifth already changes nothing that matters.
 const STEPS: usize = 8;

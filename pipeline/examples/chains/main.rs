@@ -17,13 +17,14 @@ use std::{
 };
 
 use diagnosis::{Diagnoser, LoadInput, MapKind, Measurement, TrainingMap, ValidationSettings, validate};
-use domain::{FaultVector, LoadRatio, Mask, Stream};
+use domain::{FaultVector, LoadRatio, Mask};
 use ema::{
     faults::ElectricalFaults,
     manoeuvre::Manoeuvre,
     motor::Motor,
     simulation::{Model, Settings, simulate_map},
 };
+use numerics::Stream;
 use pipeline::{Bundle, ChainSettings, Lf1Form, MaskRule, Progress, TrainSettings, train};
 use reduction::{ImportanceSampling, condition_number};
 

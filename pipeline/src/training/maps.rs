@@ -1,13 +1,14 @@
 //! Back-EMF maps of known faults: simulated, or those of a dataset.
 
 use diagnosis::TrainingMap;
-use domain::{FaultVector, Stream};
+use domain::FaultVector;
 use ema::{
     faults::ElectricalFaults,
     manoeuvre::Manoeuvre,
     motor::Motor,
     simulation::{Model, Settings, simulate_map},
 };
+use numerics::Stream;
 use rayon::prelude::*;
 
 use super::TrainError;

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use diagnosis::{Diagnoser, LoadInput, MapKind, Measurement, TrainingMap, ValidationSettings, validate};
-use domain::{Diagnosis, FaultVector, LoadRatio, Mask, Outcome, Stream};
+use domain::{Diagnosis, FaultVector, LoadRatio, Mask, Outcome};
 use ema::{closed_form, faults::ElectricalFaults, motor::Motor};
+use numerics::Stream;
 use pipeline::{
     Bundle, ChainSettings, Dataset, DatasetError, Labels, Lf1Form, MaskRule, Model, Progress, TrainError,
     TrainSettings, train,

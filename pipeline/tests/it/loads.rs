@@ -1,7 +1,8 @@
 //! Loads of uploads, by the bundle's sensor configuration and by a tail's own.
 
 use airframe::{Flight, FlightSettings, HingeTarget};
-use domain::{Estimate, HingeLoad, LoadSource, Stream, Upload};
+use domain::{Estimate, HingeLoad, LoadSource, Upload};
+use numerics::Stream;
 use pipeline::{Bundle, LoadModel, Model};
 
 fn model() -> Model {

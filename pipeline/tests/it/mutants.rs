@@ -1,9 +1,8 @@
 //! Bundles with one thing changed, as a slip of the hand or of a program changes it: each is refused, or answers as the original.
 
-use domain::{
-    Component, Diagnosis, Estimate, FaultVector, Life, LoadRatio, NUMERICS_VERSION, Outcome, Stream, Timestamp,
-};
+use domain::{Component, Diagnosis, Estimate, FaultVector, Life, LoadRatio, NUMERICS_VERSION, Outcome, Timestamp};
 use ema::{closed_form, faults::ElectricalFaults};
+use numerics::Stream;
 use pipeline::{LifeContext, Measurement, Model};
 use serde_json::{Value, json};
 

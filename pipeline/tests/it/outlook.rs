@@ -2,10 +2,11 @@
 
 use domain::{
     Component, ContentHash, Diagnosis, DoubtKind, Estimate, FaultVector, Life, LoadRatio, Mask, NUMERICS_VERSION,
-    Outcome, Prognosis, SetAsideReason, State, Stream, Timestamp, Upload,
+    Outcome, Prognosis, SetAsideReason, State, Timestamp, Upload,
     prognosis::{Forecast, Status},
 };
 use ema::{closed_form, faults::ElectricalFaults};
+use numerics::Stream;
 use pipeline::{LifeContext, Model, Outlook};
 use proptest::prelude::*;
 

@@ -8,7 +8,8 @@
 //!   estimators on the same runs see the same resamples.
 //! - Source: Efron and Tibshirani 1993, percentile method.
 
-use domain::{Scoreboard, Stream};
+use domain::Scoreboard;
+use numerics::{Stream, quantile};
 use serde::Serialize;
 
 use super::{RunScore, scoreboard};
@@ -61,12 +62,12 @@ impl Bootstrap {
 
 impl Interval {
     /// Of the figures of resamples, some of which may have none.
-    pub(super) fn of(mut figures: Vec<f64>, resamples: usize, level: f64) -> Option<Self> {
+    pub(super) fn of(figures: Vec<f64>, resamples: usize, level: f64) -> Option<Self> {
         if figures.is_empty() || (figures.len() as f64) < level * resamples as f64 {
             return None;
         }
-        figures.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| figures[(share * (figures.len() - 1) as f64).round() as usize];
+        let figures = quantile::sorted(figures);
+        let at = |share: f64| quantile::nearest(&figures, share);
         Some(Self { low: at(0.5 * (1.0 - level)), high: at(0.5 * (1.0 + level)) })
     }
 }

@@ -12,7 +12,8 @@ mod comparison;
 mod gap;
 mod scoreboard;
 
-use domain::{RulDistribution, Stream};
+use domain::RulDistribution;
+use numerics::Stream;
 
 use crate::{
     block::Observation,

@@ -1,6 +1,7 @@
 //! The scores of many runs in one table.
 
 use domain::scoreboard::{AlphaLambda, AtRul, Coverage, Horizons, LifeHorizons, RulBin, Scoreboard};
+use numerics::quantile;
 
 use super::{CRITERION, JUDGED_RULS_FH, LAMBDAS, LIFE_BAND, PredictionScore, RunScore};
 use crate::metrics::Horizon;
@@ -106,12 +107,8 @@ fn share(values: impl Iterator<Item = bool>) -> Option<f64> {
     mean(values.map(|value| f64::from(u8::from(value))))
 }
 
-/// The median, between the middle two of an even number.
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_unstable_by(f64::total_cmp);
-    let upper = *values.get(values.len() / 2)?;
-    let lower = values[(values.len() - 1) / 2];
-    Some(if lower == upper { upper } else { 0.5 * (lower + upper) })
+fn median(values: Vec<f64>) -> Option<f64> {
+    quantile::median(&quantile::sorted(values))
 }
 
 fn histogram(ranks: impl Iterator<Item = f64>) -> Option<Vec<f64>> {

@@ -8,7 +8,7 @@
 //! - Source: the empirical conditional distribution; the rival that a forecast has to beat (Murphy 1992
 //!   on climatology as the reference of a skill score).
 
-use domain::Stream;
+use numerics::Stream;
 
 use super::{Estimator, Follower, PredictionSettings, RulEstimate};
 use crate::block::Observation;

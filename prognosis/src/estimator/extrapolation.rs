@@ -6,7 +6,8 @@
 //!   bisection over the steps between, and the margin is interpolated linearly inside the step found.
 //! - Requirements: a path that is healthy at two such looks counts as healthy between them.
 
-use domain::{FaultModel, Propagation, Stream};
+use domain::{FaultModel, Propagation};
+use numerics::Stream;
 
 use super::PredictionSettings;
 use crate::{

@@ -8,7 +8,8 @@
 //!   draw is censored.
 //! - Source: Berri 2021, section 2.4 for the window; a common baseline.
 
-use domain::{FaultModel, Stream};
+use domain::FaultModel;
+use numerics::Stream;
 
 use super::{
     Estimator, Follower, PredictionSettings, RulEstimate,

@@ -13,7 +13,8 @@ mod recent;
 mod ridge;
 mod thesis;
 
-use domain::{Propagation, Stream};
+use domain::Propagation;
+use numerics::Stream;
 
 use crate::block::Observation;
 

@@ -14,7 +14,8 @@
 //! - Source: Gordon, Salmond, Smith 1993 for the filter, since reflection at nominal makes beliefs that are
 //!   far from normal; giving away the parameters as in bounds of filtering (Tichavsky et al. 1998).
 
-use domain::{FaultModel, Stream};
+use domain::FaultModel;
+use numerics::{Stream, log_sum_exp::normalised};
 
 use super::{
     Estimator, Follower, PredictionSettings, RulEstimate,
@@ -28,7 +29,6 @@ use crate::{
     entries::one_sided,
     growth_changes::{ChangesToCome, GrowthChanges},
     kalman::robust_log_likelihood,
-    log_sum_exp::normalised,
     particle::systematic,
     prior::FleetPrior,
 };

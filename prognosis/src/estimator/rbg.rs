@@ -1,6 +1,7 @@
 //! The default: the growth-rate filter, carried to the boundary by Monte Carlo.
 
-use domain::{FaultModel, Stream};
+use domain::FaultModel;
+use numerics::Stream;
 
 use super::{Estimator, Follower, PredictionSettings, RulEstimate};
 use crate::{

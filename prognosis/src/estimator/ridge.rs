@@ -10,7 +10,8 @@
 //!   price of a linear regression.
 //! - Source: Berri 2021, eq. 2.26, integrated; Hoerl and Kennard 1970 for the ridge.
 
-use domain::{FaultGroup, FaultModel, Stream};
+use domain::{FaultGroup, FaultModel};
+use numerics::Stream;
 
 use super::{
     Estimator, Follower, PredictionSettings, RulEstimate,

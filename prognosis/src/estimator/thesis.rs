@@ -11,10 +11,11 @@
 //!   the difference that follows, which pulls the diagonal of A towards -1/dt: with real noise the
 //!   identified model is stable and never fails.
 
-use domain::{FaultModel, Propagation, Stream};
+use domain::{FaultModel, Propagation};
+use numerics::{LeastSquares, Stream};
 
 use super::{Estimator, Follower, PredictionSettings, RulEstimate, recent::Recent};
-use crate::{block::Observation, boundary::Boundary, least_squares::LeastSquares};
+use crate::{block::Observation, boundary::Boundary};
 
 const NAME: &str = "thesis";
 /// Weight of an observation in the filter.

@@ -14,7 +14,7 @@
 mod passage;
 mod path;
 
-use domain::Stream;
+use numerics::{Stream, quantile};
 
 use self::path::{End, Path};
 use crate::{boundary::Boundary, posterior::Posterior, prior::FailureTimeError};
@@ -160,17 +160,13 @@ struct Sample {
 
 impl Sample {
     fn of(ends: &[End]) -> Self {
-        let mut ends_fh: Vec<f64> = ends.iter().filter_map(|end| end.t_fh).collect();
-        ends_fh.sort_unstable_by(f64::total_cmp);
+        let ends_fh = quantile::sorted(ends.iter().filter_map(|end| end.t_fh).collect());
         Self { ends_fh, draws: ends.len() }
     }
 
     /// The order statistic at a real-valued rank, flight hours; `None` when it is censored.
     fn at_rank(&self, rank: f64) -> Option<f64> {
-        let rank = (rank - 0.5).clamp(0.0, self.draws as f64 - 1.0);
-        let below = self.ends_fh.get(rank as usize)?;
-        let above = self.ends_fh.get((rank.ceil()) as usize)?;
-        Some(below + (rank - rank.floor()) * (above - below))
+        quantile::interpolated(|index| self.ends_fh.get(index).copied(), self.draws, rank)
     }
 
     /// Standard error of a quantile, flight hours; ranks beyond the horizon count as at it.

@@ -8,7 +8,7 @@
 //! **Requirements**: a > 0; v = 0 stands for a straight line.
 //! **Source**: reflection principle; Beskos, Roberts 2005, section 2; Michael, Schucany, Haas 1976.
 
-use domain::Stream;
+use numerics::Stream;
 
 /// A Brownian bridge.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +43,7 @@ impl BrownianBridge {
 
 #[cfg(test)]
 mod tests {
-    use domain::normal;
+    use numerics::normal;
 
     use super::*;
 

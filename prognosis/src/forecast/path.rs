@@ -12,7 +12,8 @@
 //!   at the boundary per draw, whatever the length of the life.
 //! - Source: exact discretisation of the Ornstein-Uhlenbeck process and its bridge; Skorokhod's reflection.
 
-use domain::{FaultGroup, Stream};
+use domain::FaultGroup;
+use numerics::Stream;
 
 use super::passage::BrownianBridge;
 use crate::{

@@ -10,6 +10,7 @@
 //! - Requirements: centres that cover the samples near the boundary. The linear part counts as known.
 //! - Source: Rasmussen, Williams 2006, eq. 2.26 for one observation, section 5.4.1 for s^2.
 
+use numerics::quantile;
 use serde::{Deserialize, Serialize};
 
 use super::expansion::{Least, kernel};
@@ -32,12 +33,11 @@ impl Reach {
     /// Of an expansion with these centres, given the points near the boundary that it was trained on and
     /// the weights of each output.
     pub fn new(gamma: f64, centres: &[&[f64]], near_boundary: &[&[f64]], weights: &[&[f64]]) -> Self {
-        let mut distances: Vec<f64> = near_boundary.iter().map(|point| distance_to_another(point, centres)).collect();
-        distances.sort_unstable_by(f64::total_cmp);
-        let inside = (INSIDE * distances.len() as f64) as usize;
+        let distances =
+            quantile::sorted(near_boundary.iter().map(|point| distance_to_another(point, centres)).collect());
         let sd = |weights: &&[f64]| (energy(gamma, centres, weights) / centres.len() as f64).max(0.0).sqrt();
         Self {
-            radius: distances.get(inside).or(distances.last()).copied().unwrap_or(f64::MAX),
+            radius: if distances.is_empty() { f64::MAX } else { quantile::with_before(&distances, INSIDE) },
             gamma,
             sd: weights.iter().map(sd).collect(),
         }

@@ -224,7 +224,7 @@ impl NewtonBasis {
 
 #[cfg(test)]
 mod tests {
-    use domain::Stream;
+    use numerics::Stream;
 
     use super::*;
 

@@ -230,7 +230,8 @@ fn curvature(kernel_ij: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use domain::{FaultModel, Stream};
+    use domain::FaultModel;
+    use numerics::Stream;
 
     use super::*;
 

@@ -1,7 +1,8 @@
 //! Replays look at no future, and their scores are those of the metrics.
 
 use crate::simulated::{Growth, observe};
-use domain::{FaultModel, Stream};
+use domain::FaultModel;
+use numerics::Stream;
 use prognosis::{
     Boundary, Draws, Estimator, Filter, FleetPrior, Follower, ForecastSettings, Observation, PredictionSettings, Rbg,
     RulEstimate, Thesis,

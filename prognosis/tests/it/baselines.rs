@@ -1,7 +1,8 @@
 //! Truths of the baselines.
 
 use crate::simulated::{Growth, observe};
-use domain::{FaultModel, FaultVector, Stream};
+use domain::{FaultModel, FaultVector};
+use numerics::Stream;
 use prognosis::{
     Boundary, Climatology, Estimator, FleetPrior, Linear, Observation, PredictionSettings, Ridge,
     backtest::{ReplaySettings, Run, replay},

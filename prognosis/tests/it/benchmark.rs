@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use crate::histories::{self, Life};
-use domain::{FaultModel, RulDistribution, Stream};
+use domain::{FaultModel, RulDistribution};
+use numerics::Stream;
 use prognosis::{
     Draws, Filter, FinishedLife, FitSettings, FleetPrior, ForecastSettings, blocks, fit_failure_time_error, fit_prior,
     forecast, metrics,

@@ -1,6 +1,6 @@
 //! Intervals over runs, and pairs of estimators.
 
-use domain::Stream;
+use numerics::Stream;
 use prognosis::{
     backtest::{Bootstrap, BootstrapSettings, Comparison, OracleGap, PredictionScore, RunScore, scoreboard},
     metrics::Horizon,

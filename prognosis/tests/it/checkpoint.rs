@@ -1,7 +1,8 @@
 //! Filters restored from checkpoints.
 
 use crate::simulated::{Growth, observe};
-use domain::{ContentHash, FaultModel, Stream};
+use domain::{ContentHash, FaultModel};
+use numerics::Stream;
 use prognosis::{Block, CheckpointError, ConsistencyLimits, Filter, FleetPrior, GrowthChanges, blocks};
 use proptest::prelude::*;
 

@@ -1,13 +1,14 @@
 //! Doubts about lives that are unlike their fleet, and what blocks are expected to show.
 
 use crate::simulated::{Growth, observe};
-use domain::{DoubtKind, FaultModel, FaultVector, Stream};
+use domain::{DoubtKind, FaultModel, FaultVector};
 use ema::{
     lf2::Parameters,
     life::{DIAGNOSIS_SD, LifeHistory, simulate_life_of},
     scenario::Scenario,
     wear_law::Regime,
 };
+use numerics::Stream;
 use prognosis::{ConsistencyLimits, Filter, FitSettings, FleetPrior, Observation, blocks, fit_consistency, fit_prior};
 use rayon::prelude::*;
 

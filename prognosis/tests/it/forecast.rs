@@ -6,7 +6,8 @@ use std::{
 };
 
 use crate::simulated::{Growth, observe};
-use domain::{FaultModel, RulDistribution, Stream};
+use domain::{FaultModel, RulDistribution};
+use numerics::Stream;
 use prognosis::{
     Boundary, Draws, Filter, FleetPrior, Forecast, ForecastSettings, GrowthChanges, Margin, Posterior, Precision,
     blocks, forecast,

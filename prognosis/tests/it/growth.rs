@@ -1,7 +1,8 @@
 //! Filter, forecast and learning on lives whose truth is known.
 
 use crate::simulated::{Growth, STEP_FH, observe};
-use domain::{FaultModel, Stream};
+use domain::FaultModel;
+use numerics::Stream;
 use prognosis::{
     Boundary, Draws, FailureTimeError, Filter, FinishedLife, FitSettings, FleetPrior, Forecast, ForecastSettings,
     NoHistory, Observation, Posterior, blocks, fit_failure_time_error, fit_prior, forecast, metrics,

@@ -1,7 +1,8 @@
 //! The filter with growth changes, on lives whose truth is known.
 
 use crate::simulated::{Growth, STEP_FH, observe};
-use domain::{FaultModel, Stream};
+use domain::FaultModel;
+use numerics::Stream;
 use prognosis::{
     Boundary, Draws, Filter, FleetPrior, Forecast, ForecastSettings, GrowthChanges, Observation, blocks, forecast,
     metrics,

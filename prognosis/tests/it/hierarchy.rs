@@ -1,7 +1,8 @@
 //! Priors of parts of a fleet, on lives drawn from fleets that are known.
 
 use crate::simulated::{Growth, STEP_FH, observe};
-use domain::{FaultModel, Stream};
+use domain::FaultModel;
+use numerics::Stream;
 use prognosis::{
     Boundary, FailureTimeError, FinishedLife, FleetPrior, NoHistory, PredictionSettings, Rbg,
     backtest::{ReplaySettings, Run, RunScore, replay, scoreboard},

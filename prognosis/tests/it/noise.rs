@@ -1,8 +1,9 @@
 //! The noise of fault estimates is learned without knowing the truth.
 
 use crate::simulated::{Growth, SIGMA, observe};
+use domain::FaultModel;
+use numerics::Stream;
 #[allow(dead_code)] // Lives without their truth.
-use domain::{FaultModel, Stream};
 use prognosis::{FleetPrior, NoNoise, Observation, fit_noise};
 
 use crate::histories;

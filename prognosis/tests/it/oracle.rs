@@ -1,7 +1,8 @@
 //! Truths of the bound that knows how its life grows.
 
 use crate::simulated::{Growth, observe};
-use domain::{FaultModel, FaultVector, Stream};
+use domain::{FaultModel, FaultVector};
+use numerics::Stream;
 use prognosis::{
     Boundary, Estimator, FleetPrior, GrowthChanges, Law, Observation, Oracle, PredictionSettings, Ridge,
     backtest::{ReplaySettings, Run, replay},

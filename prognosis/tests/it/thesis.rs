@@ -2,8 +2,9 @@
 
 // Its paths know neither load nor temperature.
 use crate::simulated::{Growth, SIGMA, STEP_FH};
+use domain::{FaultModel, FaultVector};
+use numerics::Stream;
 #[allow(dead_code)]
-use domain::{FaultModel, FaultVector, Stream};
 use prognosis::{Boundary, Estimator, FleetPrior, Observation, PredictionSettings, RulEstimate, Thesis};
 
 const HORIZON_FH: f64 = 8000.0;

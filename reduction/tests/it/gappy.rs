@@ -1,6 +1,7 @@
 //! Truths about Gappy POD.
 
-use domain::{Coordinate, Mask, Stream};
+use domain::{Coordinate, Mask};
+use numerics::Stream;
 use proptest::prelude::*;
 use reduction::{GappyPod, ModeCount, PodBasis, Prior, Sample};
 

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use domain::{Coordinate, Mask, Stream};
+use domain::{Coordinate, Mask};
+use numerics::Stream;
 use reduction::{GappyPod, MaskDesign, ModeCount, PodBasis, Prior, Sample, condition_number};
 use serde_json::Value;
 

@@ -10,27 +10,40 @@ use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand};
 
 /// Each crate with the crates of the house that it may depend on.
 const ALLOWED: &[(&str, &[&str])] = &[
-    ("domain", &[]),
-    ("ema", &["domain"]),
-    ("airframe", &["domain"]),
-    ("reduction", &["domain"]),
-    ("diagnosis", &["domain", "reduction"]),
-    ("prognosis", &["domain"]),
-    ("pipeline", &["domain", "ema", "airframe", "reduction", "diagnosis", "prognosis"]),
+    ("numerics", &[]),
+    ("domain", &["numerics"]),
+    ("ema", &["numerics", "domain"]),
+    ("airframe", &["numerics", "domain"]),
+    ("reduction", &["numerics", "domain"]),
+    ("diagnosis", &["numerics", "domain", "reduction"]),
+    ("prognosis", &["numerics", "domain"]),
+    ("pipeline", &["numerics", "domain", "ema", "airframe", "reduction", "diagnosis", "prognosis"]),
     ("store", &["domain"]),
     ("proto", &["domain"]),
     ("server", &["domain", "proto", "store"]),
     ("worker", &["domain", "pipeline", "store"]),
-    ("simulator", &["domain", "ema", "airframe", "proto"]),
+    ("simulator", &["numerics", "domain", "ema", "airframe", "proto"]),
     (
         "actuary",
-        &["domain", "airframe", "ema", "pipeline", "prognosis", "proto", "server", "simulator", "store", "worker"],
+        &[
+            "numerics",
+            "domain",
+            "airframe",
+            "ema",
+            "pipeline",
+            "prognosis",
+            "proto",
+            "server",
+            "simulator",
+            "store",
+            "worker",
+        ],
     ),
     ("tests", &[]),
 ];
 
 /// The crates that do no I/O, and what must stay out of everything that they link.
-const PURE: &[&str] = &["domain", "ema", "airframe", "reduction", "diagnosis", "prognosis", "pipeline"];
+const PURE: &[&str] = &["numerics", "domain", "ema", "airframe", "reduction", "diagnosis", "prognosis", "pipeline"];
 const IMPURE: &[&str] = &["tokio", "sqlx", "axum", "hyper", "tonic", "reqwest", "mio", "rand", "getrandom"];
 
 fn metadata() -> Metadata {

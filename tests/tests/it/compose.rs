@@ -11,7 +11,7 @@ use std::{
     time::Duration,
 };
 
-use domain::Stream;
+use numerics::Stream;
 use serde::Deserialize;
 use sqlx::{AssertSqlSafe, Connection, Executor, PgConnection};
 use tests::{Service, binary, postgres::Cluster};

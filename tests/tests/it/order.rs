@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use domain::Stream;
+use numerics::Stream;
 use serde_json::{Value, json};
 use tests::{Service, digest, items};
 

@@ -4,7 +4,8 @@
 //! `ACTUARY_PERMUTATIONS` sets how many orders are tried.
 
 use crate::common::{self, now, store, upload, work};
-use domain::{OperatorId, Stream, Upload};
+use domain::{OperatorId, Upload};
+use numerics::Stream;
 use pipeline::Model;
 use store::{Receipt, Store};
 

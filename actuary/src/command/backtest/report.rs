@@ -198,17 +198,6 @@ fn words(metrics: &Metrics) -> String {
     )
 }
 
-/// The value below which a share of sorted values lies, the lower one of two.
-fn quantile(sorted: &[f64], level: f64) -> f64 {
-    sorted[(level * (sorted.len() - 1) as f64).round() as usize]
-}
-
-/// Sorted, infinite values last.
-fn sorted(mut values: Vec<f64>) -> Vec<f64> {
-    values.sort_unstable_by(f64::total_cmp);
-    values
-}
-
 /// Text from a file, without markup.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

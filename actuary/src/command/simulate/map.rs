@@ -4,7 +4,7 @@ use std::{f64::consts::TAU, path::PathBuf};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use domain::{FaultModel, FaultVector, Stream};
+use domain::{FaultModel, FaultVector};
 use ema::{
     commutation::BINS,
     faults::ElectricalFaults,
@@ -12,6 +12,7 @@ use ema::{
     motor::Motor,
     simulation::{Model, Settings, simulate_map},
 };
+use numerics::Stream;
 use pipeline::{Dataset, ImportanceSampling, Progress};
 use rayon::prelude::*;
 

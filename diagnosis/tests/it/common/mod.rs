@@ -2,7 +2,8 @@
 use std::path::{Path, PathBuf};
 
 use diagnosis::TrainingMap;
-use domain::{FaultModel, FaultVector, Mask, Stream};
+use domain::{FaultModel, FaultVector, Mask};
+use numerics::Stream;
 use reduction::{ImportanceSampling, MaskDesign, ModeCount, PodBasis};
 
 pub const K_NOM: f64 = 0.0752;

@@ -1,6 +1,7 @@
 //! Lives drawn from a fleet prior: the very model that the filter assumes.
 
-use domain::{FaultGroup, FaultModel, FaultVector, Stream};
+use domain::{FaultGroup, FaultModel, FaultVector};
+use numerics::Stream;
 use prognosis::{BiasPrior, FleetPrior, Observation};
 
 /// Standard deviation of one observation: one-sided faults, pairs.

@@ -1,4 +1,5 @@
-use domain::{EventKind, Finding, MaintenanceEvent, Stream, Upload};
+use domain::{EventKind, Finding, MaintenanceEvent, Upload};
+use numerics::Stream;
 use store::{ComponentRecord, Store};
 use test_case::test_case;
 

@@ -5,7 +5,7 @@
 use std::{collections::BTreeMap, fmt::Write, fs, path::Path};
 
 use crate::fixture::{Backend, Database, component, everything::everything, operator, tail};
-use domain::Stream;
+use numerics::Stream;
 use sqlx::{Connection, SqliteConnection};
 use store::{HistoryOf, Store, StoreError, UploadStateKind};
 

@@ -10,7 +10,7 @@ use std::{
     time::Duration,
 };
 
-use domain::Stream;
+use numerics::Stream;
 use reqwest::{Client, Response, StatusCode, header::RETRY_AFTER};
 use serde_json::Value;
 

@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use domain::Stream;
+use numerics::Stream;
 use sqlx::{Connection, PgConnection};
 use tests::postgres::Cluster;
 use tokio::{runtime::Handle, task::JoinHandle};

@@ -1,6 +1,7 @@
 //! Uploads without an aircraft: made once, from a seed.
 
-use domain::{Stream, Timestamp};
+use domain::Timestamp;
+use numerics::Stream;
 use proto::{grpc::from_upload, json::UploadBody, v1::UploadRequest};
 use serde_json::{Value, json};
 use tests::items;

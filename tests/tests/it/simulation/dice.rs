@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use domain::Stream;
+use numerics::Stream;
 
 /// Draws choices; what is drawn depends on the seed, the name and the choices before, and on nothing else.
 pub struct Dice(Stream);

@@ -6,8 +6,9 @@
 //! leave an operator carries its word ([`word`]).
 
 use airframe::{Flight, FlightSettings, Layout, reference::reference_configuration};
-use domain::{LoadRatio, Mask, Position, SensorConfiguration, SerialNumber, Stream, TailNumber, Timestamp, Upload};
+use domain::{LoadRatio, Mask, Position, SensorConfiguration, SerialNumber, TailNumber, Timestamp, Upload};
 use ema::{faults::ElectricalFaults, motor::Motor};
+use numerics::Stream;
 use proto::json::{FindingOutcome, MaintenanceBody, MaintenanceKind};
 use simulator::Physics;
 

@@ -1,8 +1,9 @@
 //! How far medians are off.
 
+use numerics::quantile;
 use prognosis::backtest::{JUDGED_RULS_FH, RulSummary};
 
-use super::{Page, Panel, SIZE, class, escaped, key_area, key_item, quantile, sorted};
+use super::{Page, Panel, SIZE, class, escaped, key_area, key_item};
 use crate::command::backtest::{
     Replays,
     chart::{Axis, Chart, Quantiles},
@@ -36,12 +37,12 @@ fn bands(pairs: &[(f64, f64)], width: f64, bins: usize) -> [Vec<(f64, f64)>; 3] 
     let mut lines = [Vec::new(), Vec::new(), Vec::new()];
     for bin in 0..bins {
         let inside = pairs.iter().filter(|(at, _)| (at / width) as usize == bin).map(|(_, value)| *value);
-        let values = sorted(inside.collect());
+        let values = quantile::sorted(inside.collect());
         if values.len() < MIN_PREDICTIONS {
             continue;
         }
         for (line, level) in lines.iter_mut().zip([0.1, 0.5, 0.9]) {
-            line.push(((bin as f64 + 0.5) * width, quantile(&values, level)));
+            line.push(((bin as f64 + 0.5) * width, quantile::nearest(&values, level)));
         }
     }
     lines
@@ -149,11 +150,11 @@ pub fn at_remaining_lives(page: &mut Page) {
 /// 10, 25, 50, 75 and 90 % of the errors; `None` without one, or where most are censored.
 fn errors_at(replays: &Replays, runs: &[usize], which: usize) -> Option<Quantiles> {
     let error = |run: &usize| replays.runs[*run].score.as_ref()?.median_errors[which];
-    let errors = sorted(runs.iter().filter_map(error).collect());
-    if errors.is_empty() || !quantile(&errors, 0.5).is_finite() {
+    let errors = quantile::sorted(runs.iter().filter_map(error).collect());
+    if errors.is_empty() || !quantile::nearest(&errors, 0.5).is_finite() {
         return None;
     }
-    Some([0.1, 0.25, 0.5, 0.75, 0.9].map(|level| quantile(&errors, level).min(100.0)))
+    Some([0.1, 0.25, 0.5, 0.75, 0.9].map(|level| quantile::nearest(&errors, level).min(100.0)))
 }
 
 /// Share of the runs that meet the criterion over the share of life.

@@ -1,8 +1,9 @@
 //! Single runs: what was observed, how well, and what was predicted from it.
 
+use numerics::quantile;
 use prognosis::backtest::{CRITERION, RulSummary};
 
-use super::{Page, Panel, SIZE, class, escaped, key_area, key_item, quantile, sorted};
+use super::{Page, Panel, SIZE, class, escaped, key_area, key_item};
 use crate::command::backtest::{
     chart::{Axis, Chart},
     histories::Recorded,
@@ -88,13 +89,19 @@ pub fn observation_error(page: &mut Page) {
         }
     }
     let differences: Vec<_> = differences.into_iter().map(sorted).collect();
-    let widest = differences.iter().filter(|all| !all.is_empty()).map(|all| quantile(all, 0.98)).fold(1e-3, f64::max);
+    let widest =
+        differences.iter().filter(|all| !all.is_empty()).map(|all| quantile::nearest(all, 0.98)).fold(1e-3, f64::max);
     let x = Axis { name: "fault", start: -0.6, end: names.len() as f64 - 0.4 };
     let y = Axis { name: "error of one observation", start: -1.15 * widest, end: 1.15 * widest };
     let mut chart = Chart::new(SIZE, x, y).with_categories(names.iter().map(|name| escaped(name)).collect());
     for (entry, all) in differences.iter().enumerate().filter(|(_, all)| !all.is_empty()) {
         let place = entry as f64;
-        chart.quantiles(&class(entry), place, 0.5, [0.025, 0.25, 0.5, 0.75, 0.975].map(|level| quantile(all, level)));
+        chart.quantiles(
+            &class(entry),
+            place,
+            0.5,
+            [0.025, 0.25, 0.5, 0.75, 0.975].map(|level| quantile::nearest(all, level)),
+        );
         for end in [-1.0, 1.0] {
             let y = end * knowledge.sigma[entry];
             chart.line("truth", &[(place - 0.35, y), (place + 0.35, y)]);

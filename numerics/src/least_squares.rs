@@ -12,7 +12,7 @@ const DEPENDENT: f64 = 1e-10;
 
 /// The triangular factor of the equations so far.
 #[derive(Debug, Clone)]
-pub(crate) struct LeastSquares {
+pub struct LeastSquares {
     unknowns: usize,
     width: usize,
     /// Row j: the factor from column j on, then the rotated right-hand sides.
@@ -69,9 +69,8 @@ impl LeastSquares {
 
 #[cfg(test)]
 mod tests {
-    use domain::Stream;
-
     use super::*;
+    use crate::Stream;
 
     fn solved(equations: &[Vec<f64>], unknowns: usize) -> Vec<f64> {
         let sides = equations[0].len() - unknowns;

@@ -38,6 +38,7 @@ impl Symmetric {
     }
 
     /// Entry (i, j).
+    #[inline]
     pub fn get(&self, i: usize, j: usize) -> f64 {
         self.entries[i * self.n + j]
     }
@@ -116,6 +117,7 @@ impl Cholesky {
 }
 
 /// Inner product, summed from the first entry to the last.
+#[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum, (x, y)| sum + x * y)
 }

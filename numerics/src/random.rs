@@ -7,8 +7,9 @@ use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
 };
+use sha2::{Digest, Sha256};
 
-use crate::{ContentHash, normal};
+use crate::normal;
 
 /// One stream of random numbers.
 #[derive(Debug, Clone)]
@@ -23,7 +24,7 @@ impl Stream {
     pub fn new(seed: u64, key: &[&str]) -> Self {
         let seed = seed.to_le_bytes();
         let parts = std::iter::once(seed.as_slice()).chain(key.iter().map(|part| part.as_bytes()));
-        Self { rng: ChaCha8Rng::from_seed(*ContentHash::of_parts(parts).bytes()), numbered: false }
+        Self { rng: ChaCha8Rng::from_seed(digest(parts)), numbered: false }
     }
 
     /// The `index`-th of 2^64 independent streams under this one, at its beginning; a substream's own are
@@ -32,8 +33,7 @@ impl Stream {
         let mut rng = self.rng.clone();
         if self.numbered {
             let number = self.rng.get_stream().to_le_bytes();
-            let key = ContentHash::of_parts([self.rng.get_seed().as_slice(), &number]);
-            rng = ChaCha8Rng::from_seed(*key.bytes());
+            rng = ChaCha8Rng::from_seed(digest([self.rng.get_seed().as_slice(), &number]));
         }
         rng.set_stream(index);
         rng.set_word_pos(0);
@@ -70,6 +70,16 @@ impl Stream {
             items.swap(i, self.below(i + 1));
         }
     }
+}
+
+/// SHA-256 of a list of parts; lengths are hashed too, so that no two lists collide.
+fn digest<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> [u8; 32] {
+    let mut hasher = Sha256::new();
+    for part in parts {
+        hasher.update((part.len() as u64).to_le_bytes());
+        hasher.update(part);
+    }
+    hasher.finalize().into()
 }
 
 #[cfg(test)]

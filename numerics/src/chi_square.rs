@@ -1,4 +1,5 @@
-//! Limit of the chi-square test of plausibility.
+//! The 99.9 % quantile of chi-square, the limit of tests of plausibility: exact for a few degrees of freedom, else
+//! approximately.
 
 /// Standard normal quantile of 99.9 %.
 const Z_999: f64 = 3.090_232_306_167_813;
@@ -12,6 +13,22 @@ pub fn limit_999(degrees_of_freedom: usize) -> f64 {
     n * root * root * root
 }
 
+/// The 99.9 % quantile with 1, 2, ... degrees of freedom, to the last bit.
+pub const QUANTILES_999: [f64; 12] = [
+    10.827_566_170_662_733,
+    13.815_510_557_964_274,
+    16.266_236_196_238_13,
+    18.466_826_952_903_17,
+    20.515_005_652_432_876,
+    22.457_744_484_825_323,
+    24.321_886_347_856_854,
+    26.124_481_558_376_14,
+    27.877_164_871_256_57,
+    29.588_298_445_074_418,
+    31.264_133_620_239_992,
+    32.909_490_407_360_21,
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -23,5 +40,8 @@ mod tests {
             assert!((found / exact - 1.0).abs() < 0.03, "{degrees_of_freedom}: {found}");
         }
         assert!((limit_999(21) / 46.797 - 1.0).abs() < 3e-3);
+        for (index, exact) in QUANTILES_999.into_iter().enumerate().skip(1) {
+            assert!((limit_999(index + 1) / exact - 1.0).abs() < 0.03);
+        }
     }
 }
