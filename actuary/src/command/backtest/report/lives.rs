@@ -88,7 +88,7 @@ pub fn observation_error(page: &mut Page) {
             }
         }
     }
-    let differences: Vec<_> = differences.into_iter().map(sorted).collect();
+    let differences: Vec<_> = differences.into_iter().map(quantile::sorted).collect();
     let widest =
         differences.iter().filter(|all| !all.is_empty()).map(|all| quantile::nearest(all, 0.98)).fold(1e-3, f64::max);
     let x = Axis { name: "fault", start: -0.6, end: names.len() as f64 - 0.4 };
