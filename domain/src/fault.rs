@@ -18,6 +18,17 @@ pub enum FaultGroup {
     },
 }
 
+impl FaultGroup {
+    /// Entries of the fault vector in the order of the axes of the group.
+    pub fn entries(&self) -> impl Iterator<Item = usize> + use<> {
+        let (first, second) = match *self {
+            Self::OneSided { index } => (index, None),
+            Self::Pair { indices: [a, b] } => (a, Some(b)),
+        };
+        std::iter::once(first).chain(second)
+    }
+}
+
 /// What the entries of a fault vector mean. Nothing in the service is fixed to five faults.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FaultModel {
@@ -53,6 +64,14 @@ impl FaultModel {
     /// Whether there are no entries.
     pub fn is_empty(&self) -> bool {
         self.names.is_empty()
+    }
+
+    /// Entries of the fault vector that are never below nominal.
+    pub fn one_sided(&self) -> impl Iterator<Item = usize> {
+        self.groups.iter().filter_map(|group| match *group {
+            FaultGroup::OneSided { index } => Some(index),
+            FaultGroup::Pair { .. } => None,
+        })
     }
 
     /// Deviation from nominal: severity is a deviation, never a norm of k.

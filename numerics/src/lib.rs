@@ -27,6 +27,7 @@ pub mod log_sum_exp;
 pub mod normal;
 pub mod quantile;
 pub mod random;
+pub mod resampling;
 pub mod symmetric;
 
 pub use fixed_cholesky::FixedCholesky;

@@ -9,9 +9,10 @@ use std::{hint::black_box, path::Path};
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use domain::FaultModel;
+use evaluation::Thesis;
 use numerics::Stream;
 use prognosis::{
-    Estimator, Filter, FleetPrior, ForecastSettings, PredictionSettings, Thesis, blocks, forecast,
+    Estimator, Filter, FleetPrior, ForecastSettings, PredictionSettings, blocks, forecast,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings},
 };
 use simulated::{Growth, observe};

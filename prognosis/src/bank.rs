@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Standard deviation of every deviation at the start of a life.
-pub(crate) const START_SD: f64 = 1e-3;
+pub const START_SD: f64 = 1e-3;
 
 /// A group under one hypothesis: Kalman filters over the grid of rates.
 #[derive(Debug, Clone, PartialEq)]

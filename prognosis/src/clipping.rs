@@ -23,7 +23,7 @@ pub enum ClippedMean {
 
 /// The mean of a block, as a deviation x leads one to expect.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Expected {
+pub struct Expected {
     /// Its mean h(x).
     pub mean: f64,
     /// h'(x).
@@ -39,7 +39,7 @@ impl ClippedMean {
     }
 
     /// At a deviation `x` with a standard deviation `sigma` of a single observation.
-    pub(crate) fn at(self, x: f64, sigma: f64) -> Expected {
+    pub fn at(self, x: f64, sigma: f64) -> Expected {
         match self {
             Self::Normal => {
                 let z = x / sigma;

@@ -78,7 +78,8 @@ impl GrowthChanges {
 }
 
 /// The changes to come of one life.
-pub(crate) struct ChangesToCome {
+#[derive(Debug, Clone)]
+pub struct ChangesToCome {
     law: GrowthChanges,
     stream: Stream,
     next_fh: f64,

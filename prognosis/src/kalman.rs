@@ -101,7 +101,7 @@ impl Track {
 
 /// Of a standardised innovation whose square is `z2`, up to a constant; an outlier counts as linear in its size
 /// (Huber).
-pub(crate) fn robust_log_likelihood(z2: f64, variance: f64) -> f64 {
+pub fn robust_log_likelihood(z2: f64, variance: f64) -> f64 {
     let limit = OUTLIER * OUTLIER;
     let rho = if z2 < limit { z2 } else { 2.0 * OUTLIER * z2.sqrt() - limit };
     -0.5 * (libm::log(variance) + rho)

@@ -3,13 +3,12 @@
 //! Observations of a life are condensed into closed [`Block`]s, a [`Filter`] follows the fault
 //! growth through them, starting from what a [`FleetPrior`] knows, and [`forecast`](forecast())
 //! carries its [`Posterior`] to the [`Boundary`] of the assessment by Monte Carlo.
-//! [`fit_prior`] learns the prior from earlier lives; [`metrics`] judges forecasts.
+//! [`fit_prior`] learns the prior from earlier lives.
 //!
 //! Everything but the learning is bit-reproducible: `libm` only, plain loops, fixed order.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-pub mod backtest;
 mod bank;
 pub mod block;
 pub mod boundary;
@@ -17,7 +16,6 @@ pub mod checkpoint;
 pub mod clipping;
 mod consistency;
 mod consistency_fit;
-mod entries;
 pub mod estimator;
 pub mod failure_time;
 pub mod filter;
@@ -28,7 +26,6 @@ mod growth_summary;
 pub mod hierarchy;
 mod kalman;
 mod limits;
-pub mod metrics;
 mod moments;
 pub mod noise;
 mod particle;
@@ -37,20 +34,20 @@ pub mod prior;
 mod surprise;
 pub mod surrogate;
 
+pub use bank::START_SD;
 pub use block::{Block, Observation, OpenBlock, blocks, is_gap, unclosed};
 pub use boundary::{Boundary, Margin};
 pub use checkpoint::CheckpointError;
 pub use clipping::ClippedMean;
 pub use consistency_fit::fit_consistency;
-pub use estimator::{
-    Climatology, Estimator, Follower, Law, Linear, Oracle, PredictionSettings, Rbg, Ridge, RulEstimate, Thesis,
-};
+pub use estimator::{Climatology, Estimator, Follower, PredictionSettings, Rbg, RulEstimate};
 pub use failure_time::{FinishedLife, fit_failure_time_error};
 pub use filter::Filter;
 pub use fit::{FitSettings, NoHistory, fit_growth_changes, fit_prior, fit_prior_from};
 pub use forecast::{Draws, Forecast, ForecastSettings, Precision, forecast};
 pub use growth_changes::GrowthChanges;
 pub use hierarchy::learn_from_finished;
+pub use kalman::robust_log_likelihood;
 pub use limits::ConsistencyLimits;
 pub use moments::Moments;
 pub use noise::{NoNoise, fit_noise};

@@ -4,6 +4,7 @@ use domain::FaultGroup;
 use numerics::{
     Stream,
     log_sum_exp::{log_sum, normalised},
+    resampling,
 };
 
 use crate::{bank::Bank, growth_changes::GrowthChanges, prior::GroupPrior};
@@ -66,26 +67,12 @@ pub(crate) fn resample(particles: &mut [Particle], stream: &mut Stream) {
         return;
     }
     let log_share = log_sum(&log_weights) - libm::log(n);
-    let chosen = systematic(&weights, stream.uniform()).into_iter().map(|parent| {
+    let chosen = resampling::systematic(&weights, stream.uniform()).into_iter().map(|parent| {
         let particle = particles[parent].clone();
         let log_evidence = log_sum(&log_dominance(&particle.modes));
         Particle { log_prior: log_share - log_evidence, ..particle }
     });
     particles.clone_from_slice(&chosen.collect::<Vec<_>>());
-}
-
-/// As many indices as there are weights, each as often as its weight says (systematic resampling); `offset` is
-/// between zero and one.
-pub(crate) fn systematic(weights: &[f64], offset: f64) -> Vec<usize> {
-    let (n, mut parent, mut up_to) = (weights.len() as f64, 0, weights[0]);
-    let pick = |index: usize| {
-        while up_to * n < index as f64 + offset && parent + 1 < weights.len() {
-            parent += 1;
-            up_to += weights[parent];
-        }
-        parent
-    };
-    (0..weights.len()).map(pick).collect()
 }
 
 impl Particle {

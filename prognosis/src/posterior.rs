@@ -5,7 +5,6 @@ use numerics::{Stream, log_sum_exp::normalised};
 
 use crate::{
     bank::{Axis, Bank},
-    entries::group_entries,
     growth_changes::GrowthChanges,
     kalman::Track,
     moments::Moments,
@@ -115,7 +114,7 @@ impl Posterior {
     pub fn entries(&self) -> Vec<EntryEstimate> {
         let mut entries = vec![None; self.model.len()];
         for (index, group) in self.model.groups.iter().enumerate() {
-            for (axis, entry) in group_entries(group).enumerate() {
+            for (axis, entry) in group.entries().enumerate() {
                 let mut estimate = self.entry(index, axis);
                 if matches!(group, FaultGroup::OneSided { .. }) {
                     estimate.deviation.mean = estimate.deviation.mean.max(0.0);

@@ -10,7 +10,6 @@
 use crate::{
     block::Block,
     clipping::{ClippedMean, Expected},
-    entries::group_entries,
     moments::Moments,
     posterior::Posterior,
 };
@@ -21,7 +20,7 @@ impl Posterior {
     pub(crate) fn expected(&self, block: &Block, clipped_mean: ClippedMean) -> Vec<Moments> {
         let mut expected = vec![None; self.model.len()];
         for (index, group) in self.model.groups.iter().enumerate() {
-            for (axis, entry) in group_entries(group).enumerate() {
+            for (axis, entry) in group.entries().enumerate() {
                 let nominal = self.model.nominal[entry];
                 let any = &self.particles[0].modes[index].minor.axes[axis];
                 let measured = any.measured(block, &self.model.nominal, clipped_mean);

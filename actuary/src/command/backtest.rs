@@ -1,30 +1,22 @@
 //! `actuary backtest`: estimators of remaining life, fed with recorded lives as if they were being lived.
 
-mod chart;
 mod histories;
 mod knowledge;
 mod laws;
-mod metrics;
 mod oddities;
 mod predictions;
-mod report;
 
-use std::{collections::BTreeMap, path::PathBuf, time::Instant};
+use std::{path::PathBuf, time::Instant};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
+use evaluation::{
+    Contestant, Judged, Knowledge, Linear, Metrics, Ridge, Thesis, backtest::ReplaySettings, replay_all, report,
+};
 use indicatif::{ProgressBar, ProgressStyle};
-use prognosis::{
-    Climatology, Estimator, FleetPrior, Linear, Oracle, PredictionSettings, Rbg, Ridge, Thesis,
-    backtest::{Replay, ReplaySettings, RunScore, replay},
-};
-use rayon::prelude::*;
+use prognosis::{Climatology, FleetPrior, PredictionSettings, Rbg};
 
-use self::{
-    histories::{Files, Recorded},
-    knowledge::Knowledge,
-    metrics::Metrics,
-};
+use self::histories::Files;
 use crate::{
     exit::Failure,
     files::output::OutputFolder,
@@ -141,22 +133,23 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let histories::Recordings { runs: mut recorded, mut notes } = histories::read_all(files, &model.bundle().faults)?;
     bar.set_message("learning");
     let growth_changes = names.contains(&EstimatorName::Rbg);
-    let knowledge = Knowledge::gather(&model, &arguments.labels, arguments.prior.as_deref(), growth_changes, SEED)?;
-    notes.extend_from_slice(&knowledge.notes);
+    let prior = arguments.prior.as_deref();
+    let knowledge = knowledge::gather(&model, &arguments.labels, prior, growth_changes, SEED, &mut notes)?;
     for recorded in &mut recorded {
         knowledge.prepare(recorded);
     }
-    let contestants: Vec<Contestant> = names.into_iter().map(|name| Contestant::new(name, &knowledge)).collect();
+    let contestants: Vec<Contestant> = names.into_iter().map(|name| contestant(name, &knowledge)).collect();
     let settings = ReplaySettings {
         every_fh: arguments.every,
         prediction: PredictionSettings { draws: arguments.draws as usize, horizon_fh: arguments.horizon },
         seed: SEED,
     };
     bar.set_message("predicting");
-    let replays = replay_all(&recorded, &contestants, &settings, &bar);
+    bar.set_length((recorded.len() * contestants.len()) as u64);
+    let replays = replay_all(&recorded, &contestants, &settings, &|| bar.inc(1));
     bar.finish_and_clear();
     notes.iter().for_each(|line| note!("note: {line}"));
-    write(&out, &arguments, &Judged { recorded: &recorded, replays: &replays, knowledge: &knowledge })?;
+    write(&out, &arguments, &settings, &Judged { recorded: &recorded, replays: &replays, knowledge: &knowledge })?;
     say!("{} in {:.0} s", arguments.out.display(), started.elapsed().as_secs_f64());
     Ok(())
 }
@@ -189,96 +182,25 @@ fn chosen(arguments: &Arguments, prior: &FleetPrior) -> Result<Vec<EstimatorName
     refused.map_or(Ok(names), |reason| Err(refuse(reason.to_owned())))
 }
 
-/// What is judged. Only the oracle is told the law of a run.
-enum Contestant<'a> {
-    Estimator(Box<dyn Estimator + 'a>),
-    Oracle(&'a Knowledge),
-}
-
-impl<'a> Contestant<'a> {
-    fn new(name: EstimatorName, knowledge: &'a Knowledge) -> Self {
-        let Knowledge { faults: model, surrogate: boundary, prior, changing_prior, lives_fh, .. } = knowledge;
-        Self::Estimator(match name {
-            EstimatorName::Rbg => {
-                let prior = changing_prior.as_ref().expect("known or learned where it was asked for");
-                Box::new(Rbg { model, prior, boundary })
-            }
-            EstimatorName::RbgConstant => Box::new(Rbg { model, prior, boundary }),
-            EstimatorName::Thesis => Box::new(Thesis { model, boundary }),
-            EstimatorName::Climatology => Box::new(Climatology { lives_fh: lives_fh.clone() }),
-            EstimatorName::Linear => Box::new(Linear { model, prior, boundary }),
-            EstimatorName::Ridge => Box::new(Ridge { model, prior, boundary }),
-            EstimatorName::Oracle => return Self::Oracle(knowledge),
-        })
-    }
-
-    fn name(&self) -> &'static str {
-        match self {
-            Self::Estimator(estimator) => estimator.name(),
-            Self::Oracle(_) => Oracle::NAME,
+/// An estimator by its name, with what it may know.
+fn contestant(name: EstimatorName, knowledge: &Knowledge) -> Contestant<'_> {
+    let Knowledge { faults: model, surrogate: boundary, prior, changing_prior, lives_fh, .. } = knowledge;
+    Contestant::Estimator(match name {
+        EstimatorName::Rbg => {
+            let prior = changing_prior.as_ref().expect("known or learned where it was asked for");
+            Box::new(Rbg { model, prior, boundary })
         }
-    }
-
-    /// Nothing where the oracle is not told the law.
-    fn replay(&self, recorded: &Recorded, settings: &ReplaySettings) -> Replay {
-        match self {
-            Self::Estimator(estimator) => replay(&recorded.run, estimator.as_ref(), settings),
-            Self::Oracle(Knowledge { faults: model, surrogate: boundary, prior, .. }) => {
-                let of_law = |law| replay(&recorded.run, &Oracle { model, prior, boundary, law }, settings);
-                recorded.law.as_ref().map_or_else(Replay::default, of_law)
-            }
-        }
-    }
+        EstimatorName::RbgConstant => Box::new(Rbg { model, prior, boundary }),
+        EstimatorName::Thesis => Box::new(Thesis { model, boundary }),
+        EstimatorName::Climatology => Box::new(Climatology { lives_fh: lives_fh.clone() }),
+        EstimatorName::Linear => Box::new(Linear { model, prior, boundary }),
+        EstimatorName::Ridge => Box::new(Ridge { model, prior, boundary }),
+        EstimatorName::Oracle => return Contestant::Oracle(knowledge),
+    })
 }
 
-/// What one estimator made of all runs.
-struct Replays {
-    estimator: &'static str,
-    /// One per run, in their order.
-    runs: Vec<Replay>,
-}
-
-impl Replays {
-    /// Scores by run, of those of `runs` that have one.
-    fn scores(&self, runs: &[usize]) -> BTreeMap<usize, &RunScore> {
-        runs.iter().filter_map(|&run| Some((run, self.runs[run].score.as_ref()?))).collect()
-    }
-}
-
-fn replay_all(
-    recorded: &[Recorded],
-    contestants: &[Contestant],
-    settings: &ReplaySettings,
-    bar: &ProgressBar,
-) -> Vec<Replays> {
-    bar.set_length((recorded.len() * contestants.len()) as u64);
-    let of_contestant = |contestant: &Contestant| {
-        let of_run = |recorded: &Recorded| {
-            let replayed = contestant.replay(recorded, settings);
-            bar.inc(1);
-            replayed
-        };
-        Replays { estimator: contestant.name(), runs: recorded.par_iter().map(of_run).collect() }
-    };
-    contestants.par_iter().map(of_contestant).collect()
-}
-
-/// All there is to write about.
-struct Judged<'a> {
-    recorded: &'a [Recorded],
-    replays: &'a [Replays],
-    knowledge: &'a Knowledge,
-}
-
-impl<'a> Judged<'a> {
-    /// What an estimator made of the runs, if it is judged.
-    fn of(&self, estimator: &str) -> Option<&'a Replays> {
-        self.replays.iter().find(|replays| replays.estimator == estimator)
-    }
-}
-
-fn write(out: &OutputFolder, arguments: &Arguments, judged: &Judged) -> Result<()> {
-    let metrics = (!arguments.truth.is_empty()).then(|| Metrics::new(arguments, judged));
+fn write(out: &OutputFolder, arguments: &Arguments, settings: &ReplaySettings, judged: &Judged) -> Result<()> {
+    let metrics = (!arguments.truth.is_empty()).then(|| Metrics::new(settings, judged));
     out.write(|draft| {
         draft.file("predictions.csv", |file| predictions::write(file, judged))?;
         let Some(metrics) = &metrics else { return Ok(()) };

@@ -5,13 +5,7 @@
 //! in between. So no estimator can look ahead, and one that works step by step never starts over.
 
 mod climatology;
-mod extrapolation;
-mod linear;
-mod oracle;
 mod rbg;
-mod recent;
-mod ridge;
-mod thesis;
 
 use domain::Propagation;
 use numerics::Stream;
@@ -19,11 +13,7 @@ use numerics::Stream;
 use crate::block::Observation;
 
 pub use climatology::Climatology;
-pub use linear::Linear;
-pub use oracle::{Law, Oracle};
 pub use rbg::Rbg;
-pub use ridge::Ridge;
-pub use thesis::Thesis;
 
 /// A way to predict remaining useful life.
 pub trait Estimator: Sync {

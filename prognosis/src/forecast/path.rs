@@ -18,7 +18,6 @@ use numerics::Stream;
 use super::passage::BrownianBridge;
 use crate::{
     boundary::Boundary,
-    entries::{self, group_entries},
     growth_changes::ChangesToCome,
     kalman::Transition,
     posterior::{Draw, Posterior},
@@ -89,7 +88,7 @@ impl<'a> Path<'a> {
         let tilt = stream.normal();
         let draw = posterior.draw(&mut stream);
         let mut one_sided = vec![false; draw.deviation.len()];
-        entries::one_sided(&posterior.model).for_each(|entry| one_sided[entry] = true);
+        posterior.model.one_sided().for_each(|entry| one_sided[entry] = true);
         let start = draw.deviation.clone();
         let here = Point { t_fh: 0.0, x: Vec::new(), margin: 0.0, gradient: Vec::new(), outside_training: false };
         let mut path = Self {
@@ -319,7 +318,7 @@ impl<'a> Path<'a> {
     fn driver(&self) -> usize {
         let groups = &self.posterior.model.groups;
         let weight =
-            |group: &FaultGroup| -> f64 { group_entries(group).map(|e| -self.here.gradient[e] * self.here.x[e]).sum() };
+            |group: &FaultGroup| -> f64 { group.entries().map(|e| -self.here.gradient[e] * self.here.x[e]).sum() };
         let weights: Vec<f64> = groups.iter().map(weight).collect();
         let largest = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let contends = |&group: &usize| largest <= 0.0 || weights[group] >= CONTENDER * largest;
@@ -341,7 +340,7 @@ impl<'a> Path<'a> {
     fn margin_without(&self, group: &FaultGroup) -> f64 {
         let nominal = &self.posterior.model.nominal;
         let mut faults: Vec<f64> = self.here.x.iter().zip(nominal).map(|(x, nominal)| x + nominal).collect();
-        group_entries(group).for_each(|entry| faults[entry] = nominal[entry]);
+        group.entries().for_each(|entry| faults[entry] = nominal[entry]);
         self.boundary.margin(&faults)
     }
 }

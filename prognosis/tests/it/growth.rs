@@ -2,10 +2,11 @@
 
 use crate::simulated::{Growth, STEP_FH, observe};
 use domain::FaultModel;
+use evaluation::metrics;
 use numerics::Stream;
 use prognosis::{
     Boundary, Draws, FailureTimeError, Filter, FinishedLife, FitSettings, FleetPrior, Forecast, ForecastSettings,
-    NoHistory, Observation, Posterior, blocks, fit_failure_time_error, fit_prior, forecast, metrics,
+    NoHistory, Observation, Posterior, blocks, fit_failure_time_error, fit_prior, forecast,
 };
 use rayon::prelude::*;
 

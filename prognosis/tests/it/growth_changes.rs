@@ -2,10 +2,10 @@
 
 use crate::simulated::{Growth, STEP_FH, observe};
 use domain::FaultModel;
+use evaluation::metrics;
 use numerics::Stream;
 use prognosis::{
     Boundary, Draws, Filter, FleetPrior, Forecast, ForecastSettings, GrowthChanges, Observation, blocks, forecast,
-    metrics,
 };
 use rayon::prelude::*;
 

@@ -2,11 +2,10 @@
 
 use crate::simulated::{Growth, STEP_FH, observe};
 use domain::FaultModel;
+use evaluation::backtest::{ReplaySettings, Run, RunScore, replay, scoreboard};
 use numerics::Stream;
 use prognosis::{
-    Boundary, FailureTimeError, FinishedLife, FleetPrior, NoHistory, PredictionSettings, Rbg,
-    backtest::{ReplaySettings, Run, RunScore, replay, scoreboard},
-    learn_from_finished,
+    Boundary, FailureTimeError, FinishedLife, FleetPrior, NoHistory, PredictionSettings, Rbg, learn_from_finished,
 };
 use rayon::prelude::*;
 

@@ -17,6 +17,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("reduction", &["numerics", "domain"]),
     ("diagnosis", &["numerics", "domain", "reduction"]),
     ("prognosis", &["numerics", "domain"]),
+    ("evaluation", &["numerics", "domain", "prognosis"]),
     ("pipeline", &["numerics", "domain", "ema", "airframe", "reduction", "diagnosis", "prognosis"]),
     ("store", &["domain"]),
     ("proto", &["domain"]),
@@ -30,6 +31,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "domain",
             "airframe",
             "ema",
+            "evaluation",
             "pipeline",
             "prognosis",
             "proto",
@@ -43,7 +45,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
 ];
 
 /// The crates that do no I/O, and what must stay out of everything that they link.
-const PURE: &[&str] = &["numerics", "domain", "ema", "airframe", "reduction", "diagnosis", "prognosis", "pipeline"];
+const PURE: &[&str] =
+    &["numerics", "domain", "ema", "airframe", "reduction", "diagnosis", "prognosis", "evaluation", "pipeline"];
 const IMPURE: &[&str] = &["tokio", "sqlx", "axum", "hyper", "tonic", "reqwest", "mio", "rand", "getrandom"];
 
 fn metadata() -> Metadata {

@@ -9,7 +9,8 @@ use std::{
 };
 
 use domain::{FaultModel, FaultVector};
-use prognosis::{Law, Observation, backtest::Run};
+use evaluation::{Law, Recorded, backtest::Run};
+use prognosis::Observation;
 
 use super::{
     laws::{self, LawColumns},
@@ -38,17 +39,6 @@ pub struct Recordings {
     pub runs: Vec<Recorded>,
     /// What may not be meant so, a line each.
     pub notes: Vec<String>,
-}
-
-/// One run with the regime that it belongs to.
-#[derive(Debug)]
-pub struct Recorded {
-    /// The run; the noise of its observations is not known yet.
-    pub run: Run,
-    /// What the file calls its regime.
-    pub regime: Option<String>,
-    /// What is true of its growth, for the oracle, where that is known.
-    pub law: Option<Law>,
 }
 
 /// The files of recorded lives.

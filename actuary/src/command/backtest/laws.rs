@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, path::Path};
 
 use domain::FaultModel;
-use prognosis::Law;
+use evaluation::{CONSTANT_GROWTH, Law};
 
 use super::refuse;
 use crate::{
@@ -16,8 +16,6 @@ use crate::{
 
 /// Columns of B: u = [1, load, temperature].
 const INPUTS: usize = 3;
-/// What the growth of a life without a table of it is, by the name of its regime.
-const CONSTANT: &str = "constant";
 
 /// The columns `A11` ... and `B11` ... of a table.
 pub struct LawColumns<'a> {
@@ -89,11 +87,6 @@ pub fn read_growth(file: &Path) -> Result<GrowthTable, Failure> {
 pub fn with_growth(law: Law, growth: Option<Vec<(f64, f64)>>, regime: Option<&str>) -> Option<Law> {
     match growth {
         Some(growth) => Some(Law { growth, ..law }),
-        None => (regime == Some(CONSTANT)).then_some(law),
+        None => (regime == Some(CONSTANT_GROWTH)).then_some(law),
     }
-}
-
-/// Whether growth may change after what is known of it.
-pub fn may_change(regime: Option<&str>) -> bool {
-    regime != Some(CONSTANT)
 }

@@ -2,9 +2,7 @@
 
 use std::io::{self, Write};
 
-use prognosis::backtest::LEVELS;
-
-use super::Judged;
+use evaluation::{Judged, backtest::LEVELS};
 
 /// One row per prediction, estimator by estimator, run by run; censored values are empty.
 pub fn write(file: &mut dyn Write, judged: &Judged) -> io::Result<()> {

@@ -1,0 +1,92 @@
+//! A contest of estimators over recorded lives.
+
+use std::collections::BTreeMap;
+
+use prognosis::Estimator;
+use rayon::prelude::*;
+
+use crate::{
+    Knowledge, Oracle, Recorded,
+    backtest::{Replay, ReplaySettings, RunScore, replay},
+};
+
+/// What is judged. Only the oracle is told the law of a run.
+pub enum Contestant<'a> {
+    /// Knows what earlier lives have taught.
+    Estimator(Box<dyn Estimator + 'a>),
+    /// Is told the law of each life as well.
+    Oracle(&'a Knowledge),
+}
+
+impl Contestant<'_> {
+    /// Its name in files and reports.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Estimator(estimator) => estimator.name(),
+            Self::Oracle(_) => Oracle::NAME,
+        }
+    }
+
+    /// Nothing where the oracle is not told the law.
+    fn replay(&self, recorded: &Recorded, settings: &ReplaySettings) -> Replay {
+        match self {
+            Self::Estimator(estimator) => replay(&recorded.run, estimator.as_ref(), settings),
+            Self::Oracle(Knowledge { faults: model, surrogate: boundary, prior, .. }) => {
+                let of_law = |law| replay(&recorded.run, &Oracle { model, prior, boundary, law }, settings);
+                recorded.law.as_ref().map_or_else(Replay::default, of_law)
+            }
+        }
+    }
+}
+
+/// What one estimator made of all runs.
+#[derive(Debug)]
+pub struct Replays {
+    /// Its name.
+    pub estimator: &'static str,
+    /// One per run, in their order.
+    pub runs: Vec<Replay>,
+}
+
+impl Replays {
+    /// Scores by run, of those of `runs` that have one.
+    pub fn scores(&self, runs: &[usize]) -> BTreeMap<usize, &RunScore> {
+        runs.iter().filter_map(|&run| Some((run, self.runs[run].score.as_ref()?))).collect()
+    }
+}
+
+/// Feeds all runs to all contestants; `done` is told of each run of each.
+pub fn replay_all(
+    recorded: &[Recorded],
+    contestants: &[Contestant],
+    settings: &ReplaySettings,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Replays> {
+    let of_contestant = |contestant: &Contestant| {
+        let of_run = |recorded: &Recorded| {
+            let replayed = contestant.replay(recorded, settings);
+            done();
+            replayed
+        };
+        Replays { estimator: contestant.name(), runs: recorded.par_iter().map(of_run).collect() }
+    };
+    contestants.par_iter().map(of_contestant).collect()
+}
+
+/// All there is to write about.
+#[derive(Debug, Clone, Copy)]
+pub struct Judged<'a> {
+    /// The runs.
+    pub recorded: &'a [Recorded],
+    /// What each estimator made of them.
+    pub replays: &'a [Replays],
+    /// What the estimators knew before.
+    pub knowledge: &'a Knowledge,
+}
+
+impl<'a> Judged<'a> {
+    /// What an estimator made of the runs, if it is judged.
+    pub fn of(&self, estimator: &str) -> Option<&'a Replays> {
+        self.replays.iter().find(|replays| replays.estimator == estimator)
+    }
+}
