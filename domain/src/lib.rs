@@ -20,7 +20,6 @@ pub mod invalid;
 pub mod json;
 pub mod maintenance;
 pub mod mask;
-pub mod metric;
 pub mod principal;
 pub mod prognosis;
 pub mod range;

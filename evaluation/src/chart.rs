@@ -173,15 +173,19 @@ impl<'a> Chart<'a> {
 
 /// Round numbers along an axis.
 fn ticks(axis: Axis) -> Vec<f64> {
-    let rough = (axis.end - axis.start).abs() / INTERVALS;
-    let power = 10f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| *step >= rough);
-    let step = step.unwrap_or(10.0 * power);
+    let step = round_step((axis.end - axis.start).abs() / INTERVALS);
     let (low, high) = (axis.start.min(axis.end), axis.start.max(axis.end));
     // Multiples of a decimal step are printed without the dust of binary fractions.
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
     (first..=last).map(|i| (i as f64 * step * 1e6).round() / 1e6).collect()
+}
+
+/// The least of 1, 2, 5 and 10 times a power of ten that is not below `rough`.
+pub fn round_step(rough: f64) -> f64 {
+    let power = 10f64.powf(rough.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);
+    steps.into_iter().find(|step| *step >= rough).unwrap_or(10.0 * power)
 }
 
 /// With a true minus sign.

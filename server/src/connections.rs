@@ -18,7 +18,6 @@ use std::{
 };
 
 use axum::body::{Bytes, HttpBody};
-use domain::metric;
 use hyper::body::{Frame, Incoming, SizeHint};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio_util::sync::CancellationToken;

@@ -2,7 +2,7 @@
 
 use std::{collections::HashMap, sync::Arc, sync::RwLock};
 
-use domain::{Component, ContentHash, Invalid, OperatorId, Position, TailNumber, Upload, UploadId, Warning, metric};
+use domain::{Component, ContentHash, Invalid, OperatorId, Position, TailNumber, Upload, UploadId, Warning};
 use proto::json::Ingested;
 use store::{PublishedMask, Receipt};
 

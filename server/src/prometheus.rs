@@ -1,6 +1,6 @@
 //! What the service tells of itself: `/metrics` in Prometheus' text format.
 //!
-//! Crates record through the `metrics` facade under the names of [`domain::metric`]; here they are
+//! Crates record through the `metrics` facade under the names of [`metric`](mod@metric); here they are
 //! described, given buckets, and served. Labels never name a tail, a component or an operator.
 
 use std::time::{Duration, Instant};
@@ -11,7 +11,7 @@ use axum::{
     middleware::Next,
     response::{IntoResponse, Response},
 };
-use domain::metric::{self, MetricKind};
+use metric::MetricKind;
 use metrics::{Unit, describe_counter, describe_gauge, describe_histogram, gauge, histogram};
 use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, PrometheusHandle};
 use tokio::time::timeout;

@@ -17,7 +17,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use domain::{Component, Timestamp, metric};
+use domain::{Component, Timestamp};
 use store::{Completion, Lease, Store, StoreError};
 use tokio::task::{JoinError, JoinSet};
 use tokio_util::sync::CancellationToken;

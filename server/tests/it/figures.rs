@@ -1,6 +1,6 @@
 //! What the service tells of itself on `/metrics`. One test: the recorder is that of the process.
 
-use domain::{SetAside, SetAsideReason, metric};
+use domain::{SetAside, SetAsideReason};
 use proto::v1::{GetRulRequest, fleet_health_client::FleetHealthClient, ingest_client::IngestClient};
 use reqwest::Method;
 use serde_json::json;

@@ -12,7 +12,7 @@ use std::{
     },
 };
 
-use domain::{OperatorId, metric};
+use domain::OperatorId;
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 
 use super::{

@@ -13,7 +13,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use domain::{OperatorId, Timestamp, metric};
+use domain::{OperatorId, Timestamp};
 use sqlx::{Connection as _, PgPool};
 use tokio::time::sleep;
 

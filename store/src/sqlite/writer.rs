@@ -18,7 +18,7 @@ use std::{
     time::Instant,
 };
 
-use domain::{Timestamp, metric};
+use domain::Timestamp;
 use sqlx::{Connection, Sqlite, SqliteConnection, Transaction};
 use tokio::{
     sync::{Notify, mpsc, oneshot},

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use ema::response::ResponsePoint;
+use evaluation::chart::round_step;
 
 use super::Response;
 
@@ -103,9 +104,7 @@ impl Scale {
 
     /// Round values about `count` to the interval.
     fn ticks(&self, count: f64) -> Vec<(f64, String)> {
-        let raw = (self.high - self.low) / count;
-        let power = 10f64.powf(raw.log10().floor());
-        let step = power * [1.0, 2.0, 5.0, 10.0].into_iter().find(|step| step * power >= raw).unwrap_or(10.0);
+        let step = round_step((self.high - self.low) / count);
         let decimals = (-step.log10().floor()).max(0.0) as usize;
         let (first, last) = ((self.low / step).ceil() as i64, (self.high / step + 1e-9).floor() as i64);
         let tick = |index| {
