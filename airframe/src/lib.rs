@@ -1,4 +1,15 @@
 //! Physics of the wing: from the flight condition to the loads on its control surfaces.
+//!
+//! ```
+//! use airframe::fbg;
+//!
+//! // A grating on aluminium sees strain and temperature; a free one beside it tells them apart.
+//! let bonded_nm = fbg::wavelength_nm(1550.0, 300e-6, 10.0);
+//! let free_nm = fbg::free_wavelength_nm(1560.0, 10.0);
+//! let rise_k = fbg::temperature_rise_k(1560.0, free_nm);
+//! assert!((rise_k - 10.0).abs() < 1e-6);
+//! assert!((fbg::strain(1550.0, bonded_nm, rise_k) - 300e-6).abs() < 1e-12);
+//! ```
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 

@@ -7,7 +7,7 @@
 //! is a load ratio that is not or not well known: it stretches all shorts alike.
 //! Fit: weights by maximum likelihood of e ~ N(0, variance) (multiplicative updates of variance
 //! components, Fevotte and Idier 2011), then one factor per fault so that the 90 % interval holds 90 %.
-//! Source: linearised propagation as in Berri 2021, section 2.3; the calibration is ours.
+//! Source: linearised propagation of errors; the calibration is ours.
 
 use numerics::quantile;
 use serde::{Deserialize, Serialize};

@@ -3,6 +3,32 @@
 //!
 //! Online: [`Diagnoser::diagnose`], plain loops in a fixed order with libm, the same bits anywhere.
 //! Offline: [`train`] makes a [`Diagnoser`] from maps of known faults; [`validate`] measures one.
+//!
+//! ```
+//! use diagnosis::{
+//!     LoadInput, MapKind, TrainingMap, TrainingSet, TrainingSettings, ValidationSettings, train, validate,
+//! };
+//! use domain::{Coordinate, FaultModel, FaultVector, Mask};
+//! use numerics::Stream;
+//!
+//! // Maps on which each fault has a shape of its own.
+//! let map = |stream: &mut Stream| {
+//!     let k: Vec<f64> = [0.0, 0.0, 0.0, 0.5, 0.5].iter().map(|nominal| nominal + 0.1 * stream.uniform()).collect();
+//!     let shape = |bin: usize, fault: usize| (0.02 * (bin * (fault + 1)) as f64).cos();
+//!     let y = (0..360).map(|bin| 1.0 - (0..5).map(|fault| k[fault] * shape(bin, fault)).sum::<f64>()).collect();
+//!     TrainingMap { y, r: vec![0.2; 360], mean_r: 0.2, faults: FaultVector(k) }
+//! };
+//! let mut stream = Stream::new(1, &["front page"]);
+//! let maps: Vec<_> = (0..100).map(|_| map(&mut stream)).collect();
+//! let mask = Mask::new(Coordinate::ElectricalAngleRad, 360, (0..360).step_by(15).collect())?;
+//! let set = TrainingSet { fault_model: &FaultModel::electrical(), mask: &mask, maps: &maps, calibration: &[] };
+//! let recommended = TrainingSettings::new(MapKind::LoadInvariant);
+//! let settings = TrainingSettings { restarts: 1, realisations: 2, steps: 20, ..recommended };
+//! let diagnoser = train(&set, &settings, &stream)?;
+//! let settings = ValidationSettings { load: LoadInput::PerSample, noise: 0.01, repeats: 1 };
+//! assert!(validate(&diagnoser, &mask, &maps, &settings, &stream)?.median < 0.03);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 

@@ -41,7 +41,7 @@ pub struct FaultModel {
 }
 
 impl FaultModel {
-    /// The five electrical faults (Berri 2021, eq. 6.1): shorted winding fractions of phases A, B, C
+    /// The five electrical faults (Berri 2021, section 6.2): shorted winding fractions of phases A, B, C
     /// and rotor eccentricity ((1 + zeta cos phi)/2, (1 + zeta sin phi)/2).
     pub fn electrical() -> Self {
         Self {

@@ -2,6 +2,18 @@
 //!
 //! This crate never does I/O, never asks the time and holds no randomness of its own: clocks and
 //! seeds are arguments everywhere.
+//!
+//! ```
+//! use domain::{ContentHash, RulDistribution, rul::HORIZON_FH};
+//!
+//! // Draws of the remaining life, flight hours; one of the four outlives the horizon.
+//! let rul = RulDistribution::from_draws(&[Some(100.0), Some(200.0), Some(300.0), None], HORIZON_FH);
+//! assert_eq!(rul.quantile_fh(0.5), Some(250.0));
+//! assert_eq!(rul.quantile_fh(0.95), None);
+//!
+//! // What is no hash is refused once, where it is parsed.
+//! assert!("ba78".parse::<ContentHash>().is_err());
+//! ```
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 

@@ -1,8 +1,31 @@
 //! How good forecasts of remaining life are: estimators that only judge, backtests, metrics, reports.
 //!
-//! What: recorded lives are fed to estimators as if they were being lived ([`replay_all`]), what they said is scored against
-//! the true failures ([`backtest`], [`metrics`]), and told as figures ([`Metrics`]) and as a page of charts ([`report`]).
-//! Forecasts that were issued are judged by the same metrics ([`issued`]). Offline; pure, results do not depend on threads.
+//! What: recorded lives are fed to estimators as if they were being lived ([`replay_all`]), what they said is scored
+//! against the true failures ([`backtest`], [`metrics`]), and told as figures ([`Metrics`]) and as a page of charts
+//! ([`report`]). Forecasts that were issued are judged by the same metrics ([`issued`]).
+//! Requirements: offline; pure, and results do not depend on the number of threads.
+//!
+//! ```
+//! use domain::FaultVector;
+//! use evaluation::backtest::{ReplaySettings, Run, replay, scoreboard};
+//! use prognosis::{Climatology, Observation, PredictionSettings};
+//!
+//! // A life of 3,000 h, predicted by how long earlier lives went on.
+//! let seen = |i: u32| Observation {
+//!     t_fh: 100.0 * f64::from(i),
+//!     fault_vector: FaultVector(vec![0.0]),
+//!     sigma: vec![0.01],
+//!     load: None,
+//!     temperature: None,
+//! };
+//! let run = Run { id: "one".to_owned(), observations: (0..30).map(seen).collect(), failure_fh: Some(3000.0) };
+//! let fleet = Climatology { lives_fh: vec![2500.0, 2900.0, 3100.0, 3500.0] };
+//! let prediction = PredictionSettings { draws: 100, horizon_fh: 8000.0 };
+//! let replayed = replay(&run, &fleet, &ReplaySettings { every_fh: 200.0, prediction, seed: 1 });
+//! let score = replayed.score.expect("the failure is known");
+//! let board = scoreboard(&[&score]);
+//! assert!(board.crps_fh.is_some_and(|crps_fh| crps_fh < 300.0));
+//! ```
 
 pub mod backtest;
 pub mod chart;

@@ -1,7 +1,7 @@
 //! The chain from maps to faults: which of its links a training takes.
 //!
 //! What: two named chains, the default one and that of the thesis, and every link free to choose.
-//! Source: Berri 2021, sections 3.3, 2.1-2.3 and 6.2-6.4; what replaced it is in the pages on chains.
+//! Source: Berri 2021, sections 3.2, 2.1-2.3 and 6.2-6.4; what replaced it is in the pages on chains.
 
 use diagnosis::MapKind;
 use reduction::Prior;

@@ -4,6 +4,17 @@
 //! bundle made ready) turns an upload into an estimate ([`Model::estimate`]) and the estimates of a life
 //! into states and a prognosis ([`Model::course`], [`Model::outlook`]). Nothing here does I/O or asks the
 //! time; the online functions give the same bits on any x86-64.
+//!
+//! ```
+//! use pipeline::Model;
+//!
+//! // The bundle that ships inside the binary, made ready.
+//! let model = Model::from_bytes(include_bytes!("../../models/default.json"))?;
+//! let summary = model.summary();
+//! assert_eq!(summary.faults.len(), 5);
+//! assert!(summary.masks.iter().all(|mask| mask.len() >= summary.min_samples));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 

@@ -6,6 +6,38 @@
 //! [`fit_prior`] learns the prior from earlier lives.
 //!
 //! Everything but the learning is bit-reproducible: `libm` only, plain loops, fixed order.
+//!
+//! ```
+//! use domain::{FaultModel, FaultVector, RulDistribution};
+//! use numerics::Stream;
+//! use prognosis::{Boundary, Filter, FleetPrior, ForecastSettings, Observation, blocks, forecast};
+//!
+//! /// Faulty once the first short exceeds an eighth.
+//! struct Eighth;
+//! impl Boundary for Eighth {
+//!     fn margin(&self, k: &[f64]) -> f64 {
+//!         1.0 - 8.0 * k[0]
+//!     }
+//! }
+//!
+//! // The first short grows by 5e-5 an hour, seen every 2 h with little error.
+//! let seen = |i: u32| Observation {
+//!     t_fh: 2.0 * f64::from(i),
+//!     fault_vector: FaultVector(vec![1e-4 * f64::from(i), 0.0, 0.0, 0.5, 0.5]),
+//!     sigma: vec![1e-3; 5],
+//!     load: None,
+//!     temperature: None,
+//! };
+//! let life: Vec<Observation> = (0..500).map(seen).collect();
+//! let mut filter = Filter::new(&FaultModel::electrical(), &FleetPrior::vague());
+//! blocks(&life).iter().for_each(|block| filter.update(block));
+//! let settings = ForecastSettings::default();
+//! let stream = Stream::new(1, &["front page"]);
+//! let ends_fh = forecast(&filter.posterior(), 0.0, &Eighth, None, &settings, &stream).ends_fh;
+//! let rul = RulDistribution::from_draws(&ends_fh, settings.horizon_fh);
+//! // Straight on, the boundary is 1,500 h away; wear that feeds on itself gets there sooner.
+//! assert!(rul.quantile_fh(0.5).is_some_and(|median_fh| (700.0..1700.0).contains(&median_fh)));
+//! ```
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 

@@ -8,7 +8,7 @@
 //! The factor of a few modes costs less than a sample's way through the network, so it is made
 //! afresh for the noise and the gaps of each upload.
 //! Requires: samples of the mask's length, sd_i > 0.
-//! Source: Berri 2021, section 2.3 (Everson and Sirovich 1995), as MAP with the POD prior.
+//! Source: Berri 2021, section 2.2.4 (Everson and Sirovich 1995), as MAP with the POD prior.
 
 use domain::Mask;
 use numerics::{Symmetric, symmetric::dot};

@@ -5,7 +5,7 @@
 //! for the eccentricity zeta; its direction phi is uniform, as an angle has no small values.
 //! k = [N_a, N_b, N_c, (1 + zeta cos phi)/2, (1 + zeta sin phi)/2], N the shorted fractions.
 //! Requires: scale in (0, 1], power >= 1.
-//! Source: Berri 2021, section 2.1 and eq. 6.1, the power law not applied to phi.
+//! Source: Berri 2021, sections 2.1 and 6.2, the power law not applied to phi.
 
 #![allow(clippy::disallowed_methods, reason = "offline: samples are drawn for training")]
 

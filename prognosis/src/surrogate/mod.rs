@@ -2,7 +2,7 @@
 //!
 //! The assessment function runs dozens of simulations per fault vector; a Monte Carlo asks for it
 //! millions of times. Two surrogates are trained on labelled fault vectors:
-//! - [`Svm`], the classifier of Berri 2021, section 7.3, which knows only healthy and faulty;
+//! - [`Svm`], the classifier of Berri 2021, sections 2.4.1 and 6.5, which knows only healthy and faulty;
 //! - [`FigureRegression`], which predicts each figure's margin and takes the least. It is the better
 //!   of the two, because each figure is smooth where the boundary of the intersection has edges.
 //!

@@ -2,7 +2,7 @@
 //! optimisation.
 //!
 //! - What: f(x) = sum_i y_i a_i K(x, x_i) + b separates healthy (y = +1) from faulty (y = -1) with
-//!   the widest margin, K(x, z) = exp(-|x - z|^2 / s^2), 0 <= a_i <= C (Berri 2021, section 7.3).
+//!   the widest margin, K(x, z) = exp(-|x - z|^2 / s^2), 0 <= a_i <= C (Berri 2021, sections 2.4.1 and 6.5).
 //! - Update rule: with f0_k = sum_i y_i a_i K_ki and the residual e_k = y_k - f0_k, the pair (i, j)
 //!   with e_i > e_j moves by t = (e_i - e_j) / (K_ii + K_jj - 2 K_ij) within its box: y_i a_i += t,
 //!   y_j a_j -= t. i has the greatest residual that may rise, j promises the greatest decrease
