@@ -6,6 +6,7 @@ mod forecast;
 mod growth;
 mod growth_changes;
 mod hierarchy;
+#[allow(dead_code, reason = "the tests of `evaluation` read more of a life")]
 mod histories;
 mod labelled;
 mod noise;
