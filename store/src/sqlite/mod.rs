@@ -6,6 +6,7 @@ mod backup;
 mod dialect;
 mod file;
 mod open;
+mod owned;
 #[allow(clippy::duplicate_mod, reason = "compiled once for each database, with its types")]
 #[path = "../sql/mod.rs"]
 mod sql;

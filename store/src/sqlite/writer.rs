@@ -26,8 +26,7 @@ use tokio::{
 };
 
 use super::{
-    file::Ownership,
-    open::{Place, abandon},
+    owned::{Owned, abandon},
     sql::{Job, Write, waiting},
 };
 use crate::{Clock, StoreError, outages::Outages};
@@ -52,16 +51,6 @@ pub(super) struct Writer {
 struct Running {
     stop: oneshot::Sender<()>,
     task: JoinHandle<Option<Owned>>,
-}
-
-/// What the writer owns: the connection first, so that the file is closed before it is unlocked.
-pub(super) struct Owned {
-    /// `None` after a failure, until it is tried again.
-    pub(super) connection: Option<SqliteConnection>,
-    /// Where another connection is opened.
-    pub(super) place: Place,
-    /// `None` beside an owner.
-    pub(super) ownership: Option<Ownership>,
 }
 
 impl Writer {

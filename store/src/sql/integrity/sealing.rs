@@ -1,0 +1,81 @@
+//! Checksums for the rows that were there before there were any.
+//!
+//! Card. *What:* once, when a schema that knows no checksums is brought up to date. *Rule:* table by table, some rows
+//! in a transaction; a row that has its checksum is left alone, so what was interrupted goes on where it was.
+//! *Afterwards:* `schema_info` says that all rows are sealed, and one without a checksum is damaged.
+
+use super::super::{
+    Connection,
+    access::{anchors, audit, operators::OperatorRow},
+    events::recorded::VoidedEventRow,
+    ground::sealed,
+    lives::{components::ComponentRow, generations::GenerationRow, life::LifeRow},
+    models::bundles,
+    places::{installations::InstallationRow, movements::MovementRow, observed::PeriodRow, tails::TailRow},
+    results::prognoses,
+    uploads::{
+        aside::{ExclusionRow, SetAsideRow},
+        inbox::InboxRow,
+        keys::UploadKeyRow,
+        retried::RetriedRow,
+        voided::VoidedRow,
+    },
+};
+use crate::{StoreError, Verification};
+
+/// Calls a function for each table of which everything else can be made.
+macro_rules! sources {
+    ($function:ident ( $($argument:expr),* )) => {
+        sealed::$function::<OperatorRow>($($argument),*).await?;
+        sealed::$function::<ComponentRow>($($argument),*).await?;
+        sealed::$function::<GenerationRow>($($argument),*).await?;
+        sealed::$function::<UploadKeyRow>($($argument),*).await?;
+        sealed::$function::<VoidedRow>($($argument),*).await?;
+        sealed::$function::<RetriedRow>($($argument),*).await?;
+        sealed::$function::<VoidedEventRow>($($argument),*).await?;
+    };
+}
+
+/// Calls a function for each table that can be made anew.
+macro_rules! derived {
+    ($function:ident ( $($argument:expr),* )) => {
+        sealed::$function::<TailRow>($($argument),*).await?;
+        sealed::$function::<LifeRow>($($argument),*).await?;
+        sealed::$function::<InstallationRow>($($argument),*).await?;
+        sealed::$function::<PeriodRow>($($argument),*).await?;
+        sealed::$function::<MovementRow>($($argument),*).await?;
+        sealed::$function::<InboxRow>($($argument),*).await?;
+        sealed::$function::<SetAsideRow>($($argument),*).await?;
+        sealed::$function::<ExclusionRow>($($argument),*).await?;
+    };
+}
+
+/// Seals the rows that are seen: of one operator, where there are walls. What is read on one connection is written on
+/// the other.
+pub(crate) async fn seal_rows(reader: &mut Connection, writer: &mut Connection) -> Result<(), StoreError> {
+    sources!(seal_all(&mut *reader, &mut *writer));
+    derived!(seal_all(&mut *reader, &mut *writer));
+    prognoses::seal(writer).await?;
+    for chain in audit::chains(reader).await? {
+        audit::anchor(writer, &chain).await?;
+    }
+    Ok(())
+}
+
+/// Seals what belongs to the installation.
+pub(crate) async fn seal_models(connection: &mut Connection) -> Result<(), StoreError> {
+    bundles::seal(connection).await?;
+    audit::anchor(connection, audit::INSTALLATION).await
+}
+
+/// Checks every row from which everything else can be made.
+pub(super) async fn verify_sources(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
+    sources!(verify(connection, found));
+    anchors::verify(connection, found).await
+}
+
+/// Checks every row that can be made anew.
+pub(super) async fn verify_derived(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
+    derived!(verify(connection, found));
+    Ok(())
+}
