@@ -1,25 +1,25 @@
-//! What was checked of the audit log.
+//! Chains of the audit log, checked.
 
 use domain::{ContentHash, OperatorId};
 
 /// A chain of the audit log, as it was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AuditChain {
-    /// Whose; `None` is that of the installation.
+    /// Its operator; `None` is that of the installation.
     pub operator: Option<OperatorId>,
-    /// How many records follow each other from the first one on.
+    /// Number of records that follow each other from the first one on.
     pub records: u64,
     /// The hash of the last of them. Who has noted it elsewhere can tell whether newer records were cut off.
     pub newest: ContentHash,
-    /// What is wrong after them.
+    /// The damage after them.
     pub damage: Option<AuditDamage>,
 }
 
-/// Where a chain is broken: records behind that place prove nothing.
+/// The place where a chain is broken: records behind that place prove nothing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AuditDamage {
     /// The place in the chain.
     pub sequence: u64,
-    /// What shows it.
+    /// The sign of it.
     pub detail: String,
 }

@@ -2,7 +2,7 @@
 
 use domain::ContentHash;
 
-/// What a filter knows at the end of a block, opaque to the store. A missing one costs time, never an
+/// The state of a filter at the end of a block, opaque to the store. A missing one costs time, never an
 /// answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Checkpoint {
@@ -15,7 +15,7 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Of each run of so many blocks only the last checkpoint is kept: so a late upload costs the replay
+    /// Length of a run of blocks, of which only the last checkpoint is kept: so a late upload costs the replay
     /// of one run at most, and a life a bounded number of bodies.
     pub const RUN: u64 = 25;
 }

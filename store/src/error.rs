@@ -1,4 +1,4 @@
-//! What can go wrong between a noun and its row.
+//! Errors between a noun and its row.
 
 use std::{io, path::PathBuf, sync::Arc};
 
@@ -201,7 +201,7 @@ impl From<sqlx::Error> for StoreError {
 }
 
 impl StoreError {
-    /// Whether it is not the fault of what was to be stored: nothing can be stored (or read) for now, and later
+    /// Tells whether it is not the fault of what was to be stored: nothing can be stored (or read) for now, and later
     /// it can, once there is room, a disk that works, a primary, or a database that answers.
     pub fn is_outage(&self) -> bool {
         matches!(
@@ -215,7 +215,7 @@ impl StoreError {
         )
     }
 
-    /// What a database refused with a code: five characters from Postgres, a number from SQLite.
+    /// Maps what a database refused with a code: five characters from Postgres, a number from SQLite.
     fn of_code(code: &str, detail: String, error: sqlx::Error) -> Self {
         let error = Arc::new(error);
         match code.parse::<i64>() {
@@ -264,7 +264,7 @@ const SQLITE_CANTOPEN: i64 = 14;
 const SQLITE_PROTOCOL: i64 = 15;
 const SQLITE_NOTADB: i64 = 26;
 
-/// Whether a code of Postgres means a trouble that passes: a connection that ended, a server that stops or
+/// Tells whether a code of Postgres means a trouble that passes: a connection that ended, a server that stops or
 /// starts or has too many callers or too little memory, a deadlock, a statement that took too long.
 fn passes(code: &str) -> bool {
     const PASSING: [&str; 8] = ["25P03", "40001", "40P01", "57014", "57P01", "57P02", "57P03", "57P05"];

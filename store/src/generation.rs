@@ -1,4 +1,4 @@
-//! Which bundles judge which lives.
+//! Generations: the bundles that judge lives.
 
 use domain::ContentHash;
 
@@ -9,13 +9,13 @@ use crate::Generation;
 pub struct GenerationRecord {
     /// Its number, and by what it judges.
     pub generation: Generation,
-    /// Where it stands.
+    /// Its standing.
     pub state: GenerationState,
-    /// How many uploads have an estimate in it.
+    /// Number of uploads that have an estimate in it.
     pub estimates: u64,
 }
 
-/// Where a generation stands.
+/// The standing of a generation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GenerationState {
     /// A worker has still to make it.
@@ -26,7 +26,7 @@ pub enum GenerationState {
     Kept,
 }
 
-/// How many lives a bundle judges, over all operators.
+/// Lives that a bundle judges, over all operators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ModelUse {
     /// The bundle.

@@ -7,7 +7,7 @@ use domain::{Estimate, Timestamp, UploadId};
 pub struct LifeCursor {
     /// The component's hours since new.
     pub flight_hours: f64,
-    /// When the upload was recorded.
+    /// Time at which the upload was recorded.
     pub recorded_at: Timestamp,
     /// The upload.
     pub upload_id: UploadId,
@@ -23,7 +23,7 @@ impl From<&Estimate> for LifeCursor {
     }
 }
 
-/// Which history of a component: by default that of its newest life, by the generation that answers.
+/// A choice among the histories of a component: by default that of its newest life, by the generation that answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct HistoryOf {
     /// The life; `None` is the newest.

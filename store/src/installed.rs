@@ -1,4 +1,4 @@
-//! Which component sits where, and since when.
+//! Components at positions, each with the beginning of its stay.
 
 use domain::{
     EventId, PartNumber, Position, Prognosis, SerialNumber, SetAside, SetAsideReason, TailNumber, Timestamp, UploadId,
@@ -14,20 +14,20 @@ pub struct Installed {
     pub tail: TailNumber,
     /// The position.
     pub position: Position,
-    /// Whether it is there. It is not where another one took the place, and nobody removed it: then these are the tail and
-    /// the position where it was last, and nobody knows where it is.
+    /// Whether it is there. It is not where another one took the place, and nobody removed it: then these are the tail
+    /// and the position where it was last, and nobody knows where it is.
     pub place_known: bool,
     /// The component's part number.
     pub part_number: PartNumber,
     /// Its serial number.
     pub serial_number: SerialNumber,
-    /// Which of its lives it is in.
+    /// Number of the life that it is in.
     pub overhaul_index: u32,
     /// The overhaul with which that life began; `None` for the life that began when the component was new.
     pub began: Option<LifeBeginning>,
     /// Start of the installation as far as it is known.
     pub since: Timestamp,
-    /// What was issued last in the active generation of the life; `None` for a life without history.
+    /// The prognosis issued last in the active generation of the life; `None` for a life without history.
     pub prognosis: Option<Prognosis>,
     /// The component's hours since new at which it was found failed, which ended the life.
     pub found_failed_fh: Option<f64>,
@@ -48,7 +48,7 @@ pub struct Installed {
 /// Uploads of a life that are set aside.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct SetAsideUploads {
-    /// How many.
+    /// Their number.
     pub count: u64,
     /// The most frequent reason; `None` when there are none.
     pub reason: Option<SetAsideReason>,
@@ -61,7 +61,7 @@ pub struct SetAsideUploads {
 pub struct InstalledTail {
     /// The aircraft.
     pub tail: TailNumber,
-    /// What is installed, by position.
+    /// The installed components, by position.
     pub installed: Vec<Installed>,
 }
 
@@ -76,11 +76,11 @@ pub struct Installation {
     pub from: Timestamp,
     /// First known moment after it; `None` while it lasts.
     pub to: Option<Timestamp>,
-    /// Who tells of it.
+    /// Its source.
     pub source: InstallationSource,
 }
 
-/// Who tells that a component was installed.
+/// The source that tells that a component was installed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InstallationSource {
     /// An install was reported.
@@ -89,13 +89,13 @@ pub enum InstallationSource {
     Uploads,
 }
 
-/// What was reported of a component and cannot be true together with what else is known. What it led to stays until it is
+/// A report of a component that cannot be true together with what else is known. What it led to stays until it is
 /// voided.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Contradiction {
-    /// Which one, and what follows.
+    /// Its kind, and what follows.
     pub warning: Warning,
-    /// When it was recorded, or occurred.
+    /// Time at which it was recorded, or occurred.
     pub at: Timestamp,
     /// The aircraft that it names.
     pub tail: TailNumber,

@@ -1,17 +1,17 @@
-//! When there is something to learn from finished lives.
+//! Lessons: finished lives from which a prior can be learned.
 
 use domain::{ContentHash, OperatorId, PartNumber};
 
 /// There is something to learn: enough lives ended since the newest prior was learned.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lesson {
-    /// Whose lives.
+    /// The operator whose lives teach.
     pub operator: OperatorId,
-    /// Of which part.
+    /// The part number of their components.
     pub part_number: PartNumber,
     /// The active bundle, which judged them.
     pub model: ContentHash,
-    /// How many.
+    /// Number of lives that teach.
     pub lives: u32,
 }
 

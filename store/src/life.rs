@@ -9,7 +9,7 @@ use crate::{Generation, GenerationRecord, LifeCursor};
 pub struct LifeBeginning {
     /// The event.
     pub event_id: EventId,
-    /// When it was.
+    /// Time at which it occurred.
     pub occurred_at: Timestamp,
     /// The component's hours since new at which it was.
     pub flight_hours: f64,
@@ -20,7 +20,7 @@ pub struct LifeBeginning {
 pub struct LifeRecord {
     /// 0 for the life that began when the component was new, then one more per overhaul.
     pub overhaul_index: u32,
-    /// What it began with; `None` for the life that began when the component was new.
+    /// The overhaul that it began with; `None` for the life that began when the component was new.
     pub began: Option<LifeBeginning>,
     /// Its active generation.
     pub generation: Generation,

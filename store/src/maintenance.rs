@@ -1,4 +1,4 @@
-//! What was done to components on the ground.
+//! Maintenance events, as they are received and kept.
 
 use domain::{MaintenanceEvent, Timestamp};
 
@@ -20,8 +20,8 @@ pub enum EventReceipt {
 pub struct EventRecord {
     /// The event.
     pub event: MaintenanceEvent,
-    /// When it was received.
+    /// Time at which it was received.
     pub received_at: Timestamp,
-    /// When it was taken back; `None` for one that counts.
+    /// Time at which it was taken back; `None` for one that counts.
     pub voided_at: Option<Timestamp>,
 }

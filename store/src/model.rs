@@ -5,11 +5,11 @@ use domain::{BundleSummary, ContentHash, Mask, Timestamp};
 /// A registered bundle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BundleRecord {
-    /// What the shells need to know of it.
+    /// Its summary, for shells.
     pub summary: BundleSummary,
     /// Whether lives that begin now are judged by it.
     pub active: bool,
-    /// When it was registered.
+    /// Time at which it was registered.
     pub added_at: Timestamp,
 }
 
@@ -20,6 +20,6 @@ pub struct PublishedMask {
     pub mask: Mask,
     /// The first bundle that published it.
     pub model: ContentHash,
-    /// That bundle's nominal back-EMF constant, V s/rad.
+    /// The nominal back-EMF constant of that bundle, V s/rad.
     pub k_nom: f64,
 }

@@ -1,4 +1,4 @@
-//! How a store is opened.
+//! Options for opening a store.
 
 use std::{
     fmt,
@@ -11,11 +11,11 @@ use domain::Timestamp;
 /// Settings of a store.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// How many uploads may wait for the writer before further ones are refused.
+    /// Most uploads that may wait for the writer before further ones are refused.
     pub queue_capacity: usize,
-    /// How many connections read beside the writer.
+    /// Number of connections that read beside the writer.
     pub read_connections: u32,
-    /// Of a Postgres database: how many connections write uploads, and as many others write the rest.
+    /// Number of connections that write uploads to a Postgres database; as many others write the rest.
     pub write_connections: u32,
     /// The clock of leases and back-offs, when it is not that of the database (SQLite's is the machine's).
     /// It has nothing to do with the times of uploads, which may be simulated.

@@ -1,4 +1,4 @@
-//! Whether what is written reaches the disk, as the last writes told.
+//! Outages: nothing that is written reaches the disk, as the last writes told.
 
 use std::{
     mem::discriminant,
@@ -8,9 +8,9 @@ use std::{
 
 use crate::StoreError;
 
-/// How long nothing need be tried after a failure.
+/// Time for which nothing need be tried after a failure.
 const PAUSE: Duration = Duration::from_millis(250);
-/// How long nothing must have failed for an outage to be over: a little may still find room where much does not.
+/// Time for which nothing must have failed for an outage to be over: a little may still find room where much does not.
 const CALM: Duration = Duration::from_secs(1);
 
 /// The outage that writers of one database are in, if they are. The log gets one line when it begins, one when its
@@ -22,7 +22,7 @@ pub(crate) struct Outages(Mutex<Option<Outage>>);
 struct Outage {
     error: StoreError,
     begun: Instant,
-    /// When the last write failed.
+    /// Time at which the last write failed.
     failed: Instant,
     refused: usize,
 }
@@ -51,7 +51,7 @@ impl Outages {
         }
     }
 
-    /// Why nothing can be stored, if that is so.
+    /// The reason that nothing can be stored, if there is one.
     pub(crate) fn current(&self) -> Option<StoreError> {
         self.lock().as_ref().map(|outage| outage.error.clone())
     }

@@ -5,7 +5,7 @@ use domain::{ContentHash, PartNumber, Timestamp};
 /// A learned prior as it is kept. It never crosses operators.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PriorRecord {
-    /// What it is a prior of.
+    /// The part number that it is a prior of.
     pub part_number: PartNumber,
     /// SHA-256 of its bytes.
     pub hash: ContentHash,
@@ -16,6 +16,6 @@ pub struct PriorRecord {
     /// Number of finished lives that it was learned from: of all that [`crate::Store::finished_lives`]
     /// gave, so that the next lesson waits for more.
     pub lives: u32,
-    /// When.
+    /// Time at which it was learned.
     pub learned_at: Timestamp,
 }

@@ -7,7 +7,7 @@ use domain::{ContentHash, SensorConfiguration, Timestamp};
 pub struct TailConfiguration {
     /// Start of the period in which it is in force; the next configuration of the tail ends it.
     pub effective_from: Timestamp,
-    /// When it was added.
+    /// Time at which it was added.
     pub added_at: Timestamp,
     /// Its name.
     pub hash: ContentHash,

@@ -37,7 +37,7 @@ macro_rules! backend {
     };
 }
 
-/// Whether a URL names a Postgres database.
+/// Tells whether a URL names a Postgres database.
 fn is_postgres(url: &str) -> bool {
     url.starts_with("postgres:") || url.starts_with("postgresql:")
 }
@@ -67,7 +67,7 @@ impl Store {
         Ok(Self(Backend::Sqlite(Arc::new(sqlite))))
     }
 
-    /// Whether a Postgres database holds a schema, whichever role asks and whatever its version.
+    /// Tells whether a Postgres database holds a schema, whichever role asks and whatever its version.
     pub async fn has_schema(url: &str) -> Result<bool, StoreError> {
         postgres::has_schema(url).await
     }
@@ -86,10 +86,11 @@ impl Store {
     /// Opens an existing database for administrative acts, also while a service has it open.
     ///
     /// A Postgres database is open to all anyway. That is safe on SQLite, too, where one process owns a file: it takes
-    /// the writers of all processes one after the other, each waits for the other's transaction, and what is committed is as durable as the owner's. The lock
-    /// on the file is there for what an owner knows beyond the database: leases end when it opens the file, and its
-    /// workers are woken inside of it. Administrative acts rest on neither. They are short, so that nobody waits for
-    /// long; uploads and results do not come this way. The schema must be that of this build: nothing is migrated.
+    /// the writers of all processes one after the other, each waits for the other's transaction, and what is committed
+    /// is as durable as the owner's. The lock on the file is there for what an owner knows beyond the database: leases
+    /// end when it opens the file, and its workers are woken inside of it. Administrative acts rest on neither. They
+    /// are short, so that nobody waits for long; uploads and results do not come this way. The schema must be that of
+    /// this build: nothing is migrated.
     pub async fn open_beside(url: &str) -> Result<Self, StoreError> {
         if is_postgres(url) {
             return Self::open(url, Options::default()).await;
@@ -104,7 +105,7 @@ impl Store {
         backend!(self, close())
     }
 
-    /// Whether the database answers and its writer runs.
+    /// Checks that the database answers and its writer runs.
     pub async fn ping(&self) -> Result<(), StoreError> {
         backend!(self, ping())
     }
@@ -124,7 +125,7 @@ impl Store {
         backend!(self, token(id))
     }
 
-    /// Whether any token was ever created: from then on, callers must show one.
+    /// Tells whether any token was ever created: from then on, callers must show one.
     pub async fn has_tokens(&self) -> Result<bool, StoreError> {
         backend!(self, has_tokens())
     }
@@ -172,7 +173,7 @@ impl Store {
         backend!(self, judge_all_lives_by(model))
     }
 
-    /// How many lives each bundle judges, over all operators; bundles that judge none are left out.
+    /// Counts the lives that each bundle judges, over all operators; bundles that judge none are left out.
     pub async fn model_use(&self) -> Result<Vec<ModelUse>, StoreError> {
         backend!(self, model_use())
     }
@@ -209,7 +210,7 @@ impl Store {
         backend!(self, prior_body(operator, hash))
     }
 
-    /// What can be learned now, by operator and part number: each part number of an operator of which at
+    /// Lessons that can be learned now, by operator and part number: each part number of an operator of which at
     /// least [`Lesson::MIN_LIVES`] lives judged by the active bundle have ended, and at least
     /// [`Lesson::GROWTH`] times as many as its newest prior was learned from. A lesson stays until such a
     /// prior is added; while it is claimed, it is not listed.
@@ -240,7 +241,7 @@ impl Store {
         backend!(self, finished_lives(operator, part_number, model))
     }
 
-    /// Of an operator's finished lives, those that failed last, the newest failure first; of each the first
+    /// The finished lives of an operator that failed last, the newest failure first; of each the first
     /// prognosis with a forecast that was issued in every stretch of `every_fh` hours before the failure, by
     /// whatever generation answered then. Stretches begin at multiples of `every_fh`, which is positive.
     pub async fn issued_on_finished_lives(
@@ -283,7 +284,7 @@ impl Store {
         backend!(self, displaced(operator))
     }
 
-    /// What a stored event contradicts of what is known now, and what follows.
+    /// Warns of what a stored event contradicts of what is known now, and what follows.
     pub async fn event_warnings(
         &self,
         operator: &OperatorId,
@@ -397,13 +398,13 @@ impl Store {
         backend!(self, work_available())
     }
 
-    /// What the results of each life of the leased component that has something to process are computed
+    /// Inputs from which the results of each life of the leased component that has something to process are computed
     /// from, the oldest life first.
     pub async fn life_inputs(&self, lease: &Lease) -> Result<Vec<LifeInputs>, StoreError> {
         backend!(self, life_inputs(lease))
     }
 
-    /// Whether a life of the leased component has inputs that were stored since the lease.
+    /// Tells whether a life of the leased component has inputs that were stored since the lease.
     pub async fn newer_input_waits(&self, lease: &Lease, overhaul_index: u32) -> Result<bool, StoreError> {
         backend!(self, newer_input_waits(lease, overhaul_index))
     }
@@ -449,7 +450,7 @@ impl Store {
         backend!(self, pending())
     }
 
-    /// How much work waits.
+    /// Figures of the work that waits.
     pub async fn work_figures(&self) -> Result<WorkFigures, StoreError> {
         backend!(self, work_figures())
     }
@@ -459,7 +460,7 @@ impl Store {
         backend!(self, digest())
     }
 
-    /// Whether anything waits for a worker: an upload, or a generation that has still to be made.
+    /// Tells whether anything waits for a worker: an upload, or a generation that has still to be made.
     pub async fn work_waits(&self) -> Result<bool, StoreError> {
         backend!(self, work_waits())
     }
@@ -489,7 +490,7 @@ impl Store {
         backend!(self, copy_to(path))
     }
 
-    /// What is wrong with the structure of an SQLite file, in its own words; nothing if it is sound.
+    /// The faults in the structure of an SQLite file, in its own words; nothing if it is sound.
     pub async fn check_structure(&self) -> Result<Vec<String>, StoreError> {
         backend!(self, check_structure())
     }
@@ -500,7 +501,7 @@ impl Store {
         backend!(self, verify())
     }
 
-    /// The same of those tables from which all others can be made anew: bundles, masks, priors, uploads,
+    /// Compares only those tables from which all others can be made anew: bundles, masks, priors, uploads,
     /// events and sensor configurations.
     pub async fn verify_sources(&self) -> Result<Verification, StoreError> {
         backend!(self, verify_sources())
@@ -516,17 +517,17 @@ impl Store {
         backend!(self, tails(operator, after, limit))
     }
 
-    /// Whether anything was ever received of a tail, though everything on it may have moved on.
+    /// Tells whether anything was ever received of a tail, though everything on it may have moved on.
     pub async fn knows_tail(&self, operator: &OperatorId, tail: &TailNumber) -> Result<bool, StoreError> {
         backend!(self, knows_tail(operator, tail))
     }
 
-    /// What is installed on a tail, by position; empty for an unknown tail.
+    /// The components installed on a tail, by position; empty for an unknown tail.
     pub async fn installed(&self, operator: &OperatorId, tail: &TailNumber) -> Result<Vec<Installed>, StoreError> {
         backend!(self, installed(operator, tail))
     }
 
-    /// What is installed at one position of a tail.
+    /// The component installed at one position of a tail.
     pub async fn installed_at(
         &self,
         operator: &OperatorId,
@@ -547,12 +548,12 @@ impl Store {
         backend!(self, installed_fleet(operator, after, limit))
     }
 
-    /// Whether any upload or event of a component was ever stored.
+    /// Tells whether any upload or event of a component was ever stored.
     pub async fn knows_component(&self, component: &Component) -> Result<bool, StoreError> {
         backend!(self, knows_component(component))
     }
 
-    /// Whether any upload, install or removal at a position was ever stored.
+    /// Tells whether any upload, install or removal at a position was ever stored.
     pub async fn knows_place(
         &self,
         operator: &OperatorId,
@@ -567,13 +568,13 @@ impl Store {
         backend!(self, component(component))
     }
 
-    /// Where a component was installed, in the order of time.
+    /// Installations of a component, in the order of time.
     pub async fn installations(&self, component: &Component) -> Result<Vec<Installation>, StoreError> {
         backend!(self, installations(component))
     }
 
-    /// Estimates that count in a life of a component (the newest one unless it is named) with `from_fh <= flight_hours < to_fh`, in the
-    /// order of the life, from the first one after `after`.
+    /// Estimates that count in a life of a component (the newest one unless it is named) with `from_fh <= flight_hours
+    /// < to_fh`, in the order of the life, from the first one after `after`.
     pub async fn estimates(
         &self,
         component: &Component,
@@ -586,8 +587,8 @@ impl Store {
         backend!(self, estimates(component, of.into(), from_fh, to_fh, after, limit))
     }
 
-    /// States of a life of a component (the newest one unless it is named) with `from_fh <= as_of.flight_hours < to_fh`, by block,
-    /// from the first one after block `after`.
+    /// States of a life of a component (the newest one unless it is named) with `from_fh <= as_of.flight_hours <
+    /// to_fh`, by block, from the first one after block `after`.
     pub async fn states(
         &self,
         component: &Component,

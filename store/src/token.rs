@@ -7,24 +7,24 @@ use domain::{Actor, OperatorId, Principal, Scope, Secret, SecretHash, Timestamp,
 pub struct TokenRecord {
     /// Its id.
     pub id: TokenId,
-    /// Whose data it opens.
+    /// The operator whose data it opens.
     pub operator: OperatorId,
-    /// How far.
+    /// The scope that it opens them to.
     pub scope: Scope,
-    /// What it is called by those who look after it.
+    /// The name by which those who look after it call it.
     pub name: Option<TokenName>,
-    /// What tells its secret.
+    /// The hash that tells its secret.
     pub secret: SecretHash,
-    /// When it was created.
+    /// Time at which it was created.
     pub created_at: Timestamp,
-    /// From when on it is refused; `None`: never.
+    /// Time from which on it is refused; `None`: never.
     pub expires_at: Option<Timestamp>,
-    /// When it was revoked. It is refused then, whatever the time.
+    /// Time at which it was revoked. It is refused then, whatever the time.
     pub revoked_at: Option<Timestamp>,
 }
 
 impl TokenRecord {
-    /// Who shows this secret now.
+    /// The principal that shows this secret now.
     pub fn admit(&self, secret: &Secret, now: Timestamp) -> Result<Principal, TokenRefusal> {
         match (self.secret.matches(secret), self.status(now)) {
             (false, _) => Err(TokenRefusal::WrongSecret),
@@ -34,7 +34,7 @@ impl TokenRecord {
         }
     }
 
-    /// Whether it opens anything now.
+    /// Tells whether it opens anything now.
     pub fn status(&self, now: Timestamp) -> TokenStatus {
         match self.expires_at {
             _ if self.revoked_at.is_some() => TokenStatus::Revoked,
@@ -43,20 +43,20 @@ impl TokenRecord {
         }
     }
 
-    /// Who owns it.
+    /// Its owner.
     pub fn principal(&self) -> Principal {
         Principal { operator: self.operator.clone(), scope: self.scope.clone(), actor: Actor::Token(self.id) }
     }
 }
 
-/// Whether a token opens anything.
+/// The standing of a token: whether it opens anything.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TokenStatus {
     /// It does.
     Valid,
     /// Its time is over.
     Expired {
-        /// From when on it was refused.
+        /// Time from which on it was refused.
         at: Timestamp,
     },
     /// It was revoked, and may have expired, too.
@@ -74,7 +74,7 @@ impl TokenStatus {
     }
 }
 
-/// Why a token that there is does not open anything. To be told only to who has shown its secret.
+/// The reason that an existing token does not open anything. To be told only to who has shown its secret.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum TokenRefusal {
     /// The secret is another one.
@@ -86,12 +86,12 @@ pub enum TokenRefusal {
     /// Its time is over.
     #[error("the token expired at {at}")]
     Expired {
-        /// From when on it was refused.
+        /// Time from which on it was refused.
         at: Timestamp,
     },
 }
 
-/// What became of a request to revoke a token.
+/// The outcome of a request to revoke a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Revocation {
     /// It is revoked now.

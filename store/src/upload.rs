@@ -1,4 +1,4 @@
-//! What became of an upload.
+//! Uploads, as they are answered and where they stand.
 
 use domain::{Estimate, SetAsideReason, Timestamp, Upload, Warning};
 
@@ -20,16 +20,16 @@ pub enum Receipt {
 pub struct UploadRecord {
     /// The upload.
     pub upload: Upload,
-    /// When it was received.
+    /// Time at which it was received.
     pub received_at: Timestamp,
-    /// Where it stands.
+    /// Its standing.
     pub state: UploadState,
     /// Its estimate in the active generation of its life; an upload that a rule over the whole life
     /// set aside keeps it.
     pub estimate: Option<Estimate>,
 }
 
-/// Where an upload stands.
+/// The standing of an upload.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum UploadState {
     /// Waits for a worker.
@@ -38,19 +38,19 @@ pub enum UploadState {
     Processed,
     /// No state rests on it, through a fault of its own.
     SetAside {
-        /// Why, as a code.
+        /// The reason, as a code.
         reason: SetAsideReason,
-        /// Why, in words with the offending values.
+        /// The reason, in words with the offending values.
         detail: String,
     },
     /// Taken back by its operator: kept, and counted nowhere.
     Voided {
-        /// When.
+        /// Time at which it was voided.
         at: Timestamp,
     },
 }
 
-/// Where an upload stands, without the details.
+/// The standing of an upload, without the details.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum UploadStateKind {
     /// Waits for a worker.
@@ -64,7 +64,7 @@ pub enum UploadStateKind {
 }
 
 impl UploadState {
-    /// Which of the kinds it is.
+    /// The kind that it is of.
     pub fn kind(&self) -> UploadStateKind {
         match self {
             Self::Pending => UploadStateKind::Pending,
@@ -87,9 +87,9 @@ pub enum Voiding {
 /// The answer to a request to try many uploads again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Released {
-    /// How many wait for a worker again.
+    /// Number of those that wait for a worker again.
     pub retried: u64,
-    /// How many are still set aside: asked again, the next ones follow.
+    /// Number of those that are still set aside: asked again, the next ones follow.
     pub remaining: u64,
 }
 
@@ -100,7 +100,7 @@ pub enum Retrial {
     Retried,
     /// It is not set aside, so there is nothing to try again.
     NotSetAside {
-        /// Where it stands.
+        /// Its standing.
         state: UploadState,
     },
 }

@@ -1,4 +1,4 @@
-//! What was found out about a whole database.
+//! Findings about a whole database.
 
 /// Rows whose checksum was looked at.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -7,18 +7,18 @@ pub struct Verification {
     pub tables: Vec<(&'static str, u64)>,
     /// Rows that are not what was written, in the order of `tables`.
     pub damaged: Vec<DamagedRow>,
-    /// What was not looked at, and why.
+    /// Things that were not looked at, and why.
     pub unchecked: Vec<String>,
 }
 
 /// A row that is refused rather than served.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DamagedRow {
-    /// Where it is.
+    /// The table that holds it.
     pub table: &'static str,
-    /// Which row, as far as its columns can be read.
+    /// The row, as far as its columns can be read.
     pub row: String,
-    /// What shows it.
+    /// The sign of the damage.
     pub detail: String,
 }
 

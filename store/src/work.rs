@@ -1,4 +1,4 @@
-//! What a worker leases, reads and writes.
+//! Leases, and what a worker reads and writes for one.
 //!
 //! Workers lease components, not uploads: whoever holds a lease is alone with the component, and
 //! what it writes is refused once another holds a later one.
@@ -16,7 +16,7 @@ use crate::Checkpoint;
 pub struct Lease {
     /// The component.
     pub component: Component,
-    /// How many inputs of the component had been stored when it was leased.
+    /// Number of inputs of the component that had been stored when it was leased.
     pub input_revision: i64,
     /// Number of this lease among all of the component: a later lease makes this one worthless.
     pub fence: i64,
@@ -25,18 +25,18 @@ pub struct Lease {
 }
 
 impl Lease {
-    /// How often the time of a lease is doubled at most.
+    /// Most doublings of the time of a lease.
     const DOUBLINGS: u32 = 3;
 
-    /// How long a component is claimed: `first`, twice as long after each attempt that ended without a result, and
-    /// 8 times as long at most. So an analysis that outlasts a lease ends within a later one, and a worker that
+    /// Time for which a component is claimed: `first`, twice as long after each attempt that ended without a result,
+    /// and 8 times as long at most. So an analysis that outlasts a lease ends within a later one, and a worker that
     /// dies does not keep a component for ever.
     pub fn duration(first: Duration, attempts: u32) -> Duration {
         first.saturating_mul(1 << attempts.min(Self::DOUBLINGS))
     }
 }
 
-/// Which (bundle, prior) pair judges a life.
+/// The (bundle, prior) pair that judges a life.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Generation {
     /// 1 for the first of a life.
@@ -71,19 +71,19 @@ pub struct LifeInputs {
 pub struct Unestimated {
     /// The upload.
     pub upload: Upload,
-    /// When it was received, or last tried again: by the clock of then it must not come from the future.
+    /// Time at which it was received, or last tried again: by the clock of then it must not come from the future.
     pub received_at: Timestamp,
     /// The configuration of the tail that was in force at `upload.recorded_at`; `None` when the tail
     /// has none of that time, so that the bundle's default applies.
     pub sensor_configuration: Option<Arc<SensorConfiguration>>,
 }
 
-/// What a worker found out about one life; written in one transaction with that of the component's others.
+/// Results of a worker about one life; written in one transaction with that of the component's others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LifeResults {
-    /// Which life of the component.
+    /// The life of the component, by its number.
     pub overhaul_index: u32,
-    /// By which of its generations; it answers for the life from now on.
+    /// The generation that they are of; it answers for the life from now on.
     pub generation: u32,
     /// Estimates of uploads that waited for them.
     pub estimates: Vec<Estimate>,
@@ -103,11 +103,11 @@ pub struct LifeResults {
     /// The prognosis that is served from now on; `None` keeps the previous one, unless no estimate of
     /// the life counts any longer: then nothing is served.
     pub prognosis: Option<Prognosis>,
-    /// When the prognosis was issued.
+    /// Time at which the prognosis was issued.
     pub now: Timestamp,
 }
 
-/// Whether results were written.
+/// The outcome of writing results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Completion {
     /// They were.
@@ -116,7 +116,7 @@ pub enum Completion {
     Fenced,
 }
 
-/// How much work waits, over all operators.
+/// Work that waits, over all operators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkFigures {
     /// Uploads that wait to be processed.

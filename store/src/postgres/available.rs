@@ -27,7 +27,7 @@ impl Engine {
         }
     }
 
-    /// How long until something can be leased, if anything waits.
+    /// Time until something can be leased, if anything waits.
     async fn until_due(&self) -> Result<Option<Duration>, StoreError> {
         let Some(due) = self.next_due().await? else { return Ok(None) };
         let wait = due.micros().saturating_sub(self.now().await?.micros());

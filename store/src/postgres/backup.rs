@@ -1,4 +1,4 @@
-//! What is done with an SQLite file has its own tools here.
+//! Backups and checks of files, for which Postgres has its own tools.
 
 use std::path::Path;
 

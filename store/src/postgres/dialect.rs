@@ -1,4 +1,4 @@
-//! What Postgres says in its own words.
+//! The words of Postgres where SQLite has others.
 
 /// Ends a query whose rows are written next: those that another transaction writes just now are passed over.
 macro_rules! unless_locked {

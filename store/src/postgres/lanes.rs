@@ -27,7 +27,7 @@ const UPLOADS_PER_COMMIT: usize = 512;
 /// The uploads of all operators that are not written yet.
 pub(super) struct Lanes {
     writer: Writer,
-    /// What waits by operator; an operator has an entry while its lane runs.
+    /// Writes that wait, by operator; an operator has an entry while its lane runs.
     waiting: Mutex<HashMap<OperatorId, Vec<Queued>>>,
     /// Room for uploads until they are answered.
     room: Arc<Semaphore>,
@@ -64,7 +64,7 @@ impl Lanes {
         answer.await.unwrap_or(Err(StoreError::Closed))
     }
 
-    /// Whether the lane has to be started.
+    /// Tells whether the lane has to be started.
     fn queue(&self, operator: &OperatorId, upload: Queued) -> bool {
         let mut lanes = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
         match lanes.get_mut(operator) {
@@ -87,7 +87,7 @@ impl Lanes {
         }
     }
 
-    /// What waits in a lane; `None` ends it.
+    /// The writes that wait in a lane; `None` ends it.
     fn next_batch(&self, operator: &OperatorId) -> Option<Vec<Queued>> {
         let mut lanes = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
         let lane = lanes.get_mut(operator)?;

@@ -86,7 +86,7 @@ impl Engine {
         sql::operators(connection).await
     }
 
-    /// From now on, the transaction reads what belongs to one operator.
+    /// Lets the transaction read what belongs to one operator from now on.
     async fn enter(&self, connection: &mut Connection, operator: &OperatorId) -> Result<(), StoreError> {
         sqlx::query("select set_config('role', 'none', true), set_config('actuary.operator', $1, true)")
             .bind(operator.as_str())
@@ -104,7 +104,7 @@ impl Engine {
         Ok(Timestamp::from_micros(micros))
     }
 
-    /// What keeps this process from storing anything.
+    /// The outages that keep this process from storing anything.
     fn outages(&self) -> &Outages {
         &self.writer.outages
     }

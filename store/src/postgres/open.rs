@@ -11,7 +11,7 @@ use tokio::sync::Notify;
 use super::{Engine, lanes::Lanes, partitions, sql::Turns, writer::Writer};
 use crate::{Options, StoreError, outages::Outages, schema::SCHEMA};
 
-/// How long a caller waits for a connection before it is told to come back.
+/// Time that a caller waits for a connection before it is told to come back.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// The oldest server whose views obey the row-level security of whoever asks.
 const OLDEST_SERVER: i64 = 15;
@@ -105,7 +105,7 @@ pub(super) async fn check_server(connection: &mut PgConnection) -> Result<(), St
     }
 }
 
-/// Whether the database at `url` holds a schema of any version, whoever asks.
+/// Tells whether the database at `url` holds a schema of any version, whoever asks.
 pub(crate) async fn has_schema(url: &str) -> Result<bool, StoreError> {
     let mut connection = PgConnection::connect_with(&connect_options(url)?).await?;
     let found = schema_exists(&mut connection).await?;
@@ -131,7 +131,7 @@ pub(super) async fn schema_version(connection: &mut PgConnection) -> Result<Opti
     Ok(Some(version))
 }
 
-/// Whether every row has its checksum: `actuary migrate` was not interrupted before that.
+/// Tells whether every row has its checksum: `actuary migrate` was not interrupted before that.
 async fn is_sealed(connection: &mut PgConnection) -> Result<bool, StoreError> {
     let sealed: i64 = sqlx::query_scalar("select sealed from public.schema_info").fetch_one(connection).await?;
     Ok(sealed == 1)

@@ -7,9 +7,9 @@ use tokio::task::AbortHandle;
 
 use crate::StoreError;
 
-/// How many months ahead of the present have a partition.
+/// Number of months ahead of the present that have a partition.
 const MONTHS_AHEAD: i32 = 3;
-/// How often they are looked at.
+/// Time between two looks at them.
 const EVERY: Duration = Duration::from_secs(3600);
 
 /// Makes them now.

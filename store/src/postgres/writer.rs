@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{Clock, StoreError, outages::Outages};
 
-/// How long a transaction is tried again.
+/// Time for which a transaction is tried again.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Shortest and longest wait between two tries.
 const PAUSE: (Duration, Duration) = (Duration::from_millis(20), Duration::from_millis(120));
@@ -43,7 +43,7 @@ pub(super) struct Writer {
     pub(super) outages: Arc<Outages>,
 }
 
-/// Why a transaction was not committed, or is not known to be.
+/// The failure of a transaction that was not committed, or is not known to be.
 struct Failure {
     error: StoreError,
     /// Nothing of it is in the database, and it may fare better the next time.
@@ -65,6 +65,11 @@ impl From<sqlx::Error> for Failure {
 
 impl Writer {
     /// Commits a batch whose writes have the same reach, in halves when need be, and answers every caller.
+    ///
+    /// A failed transaction does not say which of its writes is at fault, and nothing of the others may be lost by
+    /// it. Each half is a transaction of its own, down to the write at fault, which alone is refused. The first half
+    /// is next, so that writes keep their order. An outage is the fault of none, and after the store was closed
+    /// nothing is tried.
     pub(super) async fn write(&self, batch: Vec<Box<dyn Job>>) {
         let mut batches = vec![batch];
         while let Some(mut batch) = batches.pop() {
@@ -125,8 +130,8 @@ impl Writer {
         Ok(())
     }
 
-    /// Nothing of an error's transaction is in the database. When the commit itself met one, that is returned with
-    /// the name of the transaction: it may have been committed all the same.
+    /// Applies a batch and commits it. Nothing of an error's transaction is in the database. When the commit itself met
+    /// one, that is returned with the name of the transaction: it may have been committed all the same.
     async fn transact(
         &self,
         connection: &mut Connection,
@@ -168,7 +173,7 @@ impl Writer {
         Ok(Opening { now, id: opened.1 })
     }
 
-    /// What became of a transaction whose commit met an error: `Ok` when it was committed.
+    /// Learns what became of a transaction whose commit met an error: `Ok` when it was committed.
     async fn learn_outcome(&self, id: Option<String>, error: StoreError) -> Result<(), Failure> {
         let (Some(id), StoreError::Unavailable(_)) = (id, &error) else { return Err(error.into()) };
         let begun = Instant::now();
@@ -190,7 +195,7 @@ impl Writer {
 /// A transaction that may write.
 struct Opening {
     now: Timestamp,
-    /// By which its outcome can be asked for.
+    /// The name by which its outcome can be asked for.
     id: Option<String>,
 }
 

@@ -4,25 +4,39 @@
 //! writing, leasing, waiting) is in their own folders. A write that changes what a worker may have read
 //! of a component takes the component's row in the queue before it changes anything.
 //!
-//! A room uses only rooms that stand before it in this list; within a room, too, no modules use one another in a circle.
+//! A room uses only rooms that stand before it in the list below (a test holds that), and within a room, too, no
+//! modules use one another in a circle.
 
-// The ground.
+// Rows, and what a write is.
 mod ground;
-// What is told: by whom, what to do about it, by which models, from the air and from the ground.
+
+// What is told, and what judges it.
 mod access;
-mod events;
-mod models;
+
 mod queue;
+
+mod models;
+
 mod uploads;
+
+mod events;
+
 // What follows from it.
-mod lives;
 mod places;
+
+mod lives;
+
 mod results;
-// What changes it and what asks for it.
-mod answers;
+
+// What operators change, and what workers do.
 mod inputs;
-mod integrity;
+
 mod work;
+
+// What is read of all rooms.
+mod answers;
+
+mod integrity;
 
 use super::{Arguments, Connection, Database, Engine};
 

@@ -27,7 +27,7 @@ impl Engine {
         File::open(path).and_then(|copy| copy.sync_all()).map_err(io_error(path))
     }
 
-    /// What is wrong with the structure of the file, as SQLite tells it; nothing if it is sound.
+    /// The faults in the structure of the file, as SQLite tells them; nothing if it is sound.
     pub(crate) async fn check_structure(&self) -> Result<Vec<String>, StoreError> {
         let told: Vec<String> = sqlx::query_scalar("pragma integrity_check").fetch_all(&self.readers).await?;
         let mut told = if told == ["ok"] { Vec::new() } else { told };
@@ -47,7 +47,7 @@ impl Engine {
     }
 }
 
-/// What is declared otherwise than the migrations declare it: a statement that reads it would mean another.
+/// Declarations that are not those of the migrations: a statement that reads it would mean another.
 async fn altered(connection: &mut SqliteConnection) -> Result<Vec<String>, StoreError> {
     let version: i64 = sqlx::query_scalar("select version from schema_info").fetch_one(&mut *connection).await?;
     if version != SCHEMA {

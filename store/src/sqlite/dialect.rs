@@ -1,4 +1,4 @@
-//! What SQLite says in its own words.
+//! The words of SQLite where Postgres has others.
 
 /// Ends a query whose rows are written next: nobody else writes.
 macro_rules! unless_locked {

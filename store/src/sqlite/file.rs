@@ -34,7 +34,7 @@ pub(super) struct DatabaseFile {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Identity(u64, u64);
 
-/// What a file says of itself before SQLite reads it.
+/// The header of a file, before SQLite reads it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Header {
     /// What was written last may be in the log beside the file.
@@ -43,7 +43,7 @@ pub(super) struct Header {
     pub(super) is_open: bool,
 }
 
-/// Whether what was opened is still what has the name.
+/// A check that what was opened is still what has the name.
 #[derive(Debug, Clone)]
 pub(super) struct Presence {
     file: DatabaseFile,
@@ -53,7 +53,7 @@ pub(super) struct Presence {
 }
 
 impl Presence {
-    /// Of a file that is there.
+    /// Takes note of a file that is there.
     pub(super) fn of(file: &DatabaseFile) -> Result<Self, StoreError> {
         let gone = || StoreError::Displaced { path: file.path.clone() };
         Ok(Self { database: identity(&file.path).ok_or_else(gone)?, log: None, file: file.clone() })
@@ -131,7 +131,7 @@ impl DatabaseFile {
         self.beside("-wal")
     }
 
-    /// Whether anything is in the log. An empty one is left by whoever only reads.
+    /// Tells whether anything is in the log. An empty one is left by whoever only reads.
     pub(super) fn has_log(&self) -> bool {
         fs::metadata(self.log()).is_ok_and(|about| about.len() > 0)
     }

@@ -56,7 +56,7 @@ impl Engine {
         Ok(vec![OperatorId::default()])
     }
 
-    /// From now on, the transaction reads what belongs to one operator.
+    /// Lets the transaction read what belongs to one operator from now on.
     async fn enter(&self, _: &mut Connection, _: &OperatorId) -> Result<(), StoreError> {
         Ok(())
     }
@@ -66,7 +66,7 @@ impl Engine {
         Ok(self.clock.now())
     }
 
-    /// What keeps it from storing anything.
+    /// The outages that keep it from storing anything.
     fn outages(&self) -> &Outages {
         self.writer.outages()
     }

@@ -19,7 +19,7 @@ use crate::{Clock, Options, StoreError, schema::SCHEMA};
 
 /// Marks a database as ours: "ACTU".
 const APPLICATION_ID: i64 = 0x4143_5455;
-/// How long an administrative act waits for the owner's transaction.
+/// Time that an administrative act waits for the owner's transaction.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 impl Engine {

@@ -1,4 +1,4 @@
-//! What a writer owns: the connection that writes, where another one is opened, and the file's locks.
+//! A writer's property: the connection that writes, the place where another one is opened, and the file's locks.
 //!
 //! The connection may be gone, after a failure; the next transaction opens one at the same place, if the file is still
 //! there. In order it is closed before the file is unlocked.
@@ -8,17 +8,17 @@ use sqlx::{Connection, SqliteConnection, sqlite::SqliteConnectOptions};
 use super::file::{DatabaseFile, Ownership, Presence};
 use crate::StoreError;
 
-/// What the writer owns: the connection first, so that the file is closed before it is unlocked.
+/// All that a writer owns: the connection first, so that the file is closed before it is unlocked.
 pub(super) struct Owned {
     /// `None` after a failure, until it is tried again.
     pub(super) connection: Option<SqliteConnection>,
-    /// Where another connection is opened.
+    /// The place where another connection is opened.
     pub(super) place: Place,
     /// `None` beside an owner.
     pub(super) ownership: Option<Ownership>,
 }
 
-/// Where a writer writes, and how.
+/// The file where a writer writes, and how.
 pub(super) struct Place {
     file: DatabaseFile,
     options: SqliteConnectOptions,

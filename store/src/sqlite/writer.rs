@@ -43,7 +43,7 @@ pub(super) struct Writer {
     committed: Arc<Notify>,
     outages: Arc<Outages>,
     task: Mutex<Option<Running>>,
-    /// What a write is answered when nothing is written any longer.
+    /// The answer to a write when nothing is written any longer.
     refusal: StoreError,
 }
 
@@ -105,7 +105,7 @@ impl Writer {
         &self.committed
     }
 
-    /// What keeps it from storing anything.
+    /// The outages that keep it from storing anything.
     pub(super) fn outages(&self) -> &Outages {
         &self.outages
     }
@@ -114,7 +114,7 @@ impl Writer {
         self.uploads.is_closed()
     }
 
-    /// Why nothing is written once it is closed.
+    /// The reason that nothing is written once it is closed.
     pub(super) fn refusal(&self) -> StoreError {
         self.refusal.clone()
     }
@@ -156,7 +156,7 @@ impl Task {
         Some(self.owned)
     }
 
-    /// What waits, at least one; `None` once the writer is stopped and nothing waits.
+    /// The writes that wait, at least one; `None` once the writer is stopped and nothing waits.
     async fn next_batch(&mut self) -> Option<Vec<Box<dyn Job>>> {
         let first = loop {
             tokio::select! {
@@ -180,6 +180,11 @@ impl Task {
     }
 
     /// Commits a batch, in halves when need be, and answers every caller.
+    ///
+    /// A failed transaction does not say which of its writes is at fault, and nothing of the others may be lost by
+    /// it. Each half is a transaction of its own, down to the write at fault, which alone is refused. The first half
+    /// is next, so that writes keep their order. An outage is the fault of none: halves would only wait for the same
+    /// disk.
     async fn write(&mut self, batch: Vec<Box<dyn Job>>) {
         let mut batches = vec![batch];
         while let Some(mut batch) = batches.pop() {

@@ -3,5 +3,6 @@
 mod conformance;
 mod fixture;
 mod postgres;
+mod rooms;
 mod sqlite;
 mod walls;

@@ -1,4 +1,5 @@
-//! Where the chains of the audit log end, beside the log itself: so a log that was emptied or cut is told.
+//! Anchors: the ends of the audit log's chains, kept beside the log itself, so that one that was emptied or cut is
+//! told.
 //!
 //! An anchor is moved in the transaction that appends to its chain. It also counts the tokens that its operator was
 //! given, so that a service whose tokens are gone does not take itself for one that never had any.
@@ -29,7 +30,7 @@ sealed! {
 pub(super) struct Anchor {
     pub(crate) sequence: i64,
     pub(crate) hash: ContentHash,
-    /// How many tokens were ever created.
+    /// Number of tokens that were ever created.
     pub(crate) tokens: i64,
 }
 
@@ -63,7 +64,7 @@ pub(super) async fn chains(connection: &mut Connection) -> Result<Vec<String>, S
     Ok(sqlx::query_scalar("select operator from anchors order by operator").fetch_all(connection).await?)
 }
 
-/// Whether any operator was ever given a token.
+/// Tells whether any operator was ever given a token.
 pub(super) async fn know_tokens(connection: &mut Connection) -> Result<bool, StoreError> {
     let sql = "select exists (select 1 from anchors where tokens <> 0)";
     Ok(sqlx::query_scalar(sql).fetch_one(connection).await?)

@@ -19,7 +19,7 @@ use crate::{AuditChain, AuditDamage, StoreError};
 const AUDIT: &str = "audit";
 /// The chain of the installation, as no operator can be called.
 pub(crate) const INSTALLATION: &str = "";
-/// How many records are checked at a time.
+/// Number of records that are checked at a time.
 const PAGE: u32 = 1000;
 
 impl Engine {
@@ -152,7 +152,7 @@ pub(crate) async fn each(
     Ok(())
 }
 
-/// What an anchor tells of a chain of so many records.
+/// The damage that an anchor tells of a chain of so many records.
 fn held_by(anchor: Option<Anchor>, records: u64) -> Option<AuditDamage> {
     let detail = match anchor.map(|anchor| anchor.sequence) {
         None if records > 0 => "its anchor is missing".to_owned(),
@@ -185,7 +185,7 @@ pub(crate) async fn anchor(connection: &mut Connection, chain: &str) -> Result<(
     anchors::put(connection, chain, Anchor { sequence, hash, tokens }).await
 }
 
-/// Whose a chain is; nobody's is that of the installation.
+/// The operator of a chain; that of the installation has none.
 fn operator_of(chain: &str) -> Result<Option<OperatorId>, StoreError> {
     if chain == INSTALLATION { Ok(None) } else { parse(AUDIT, chain).map(Some) }
 }
@@ -214,7 +214,7 @@ impl AuditRow {
         Ok(record)
     }
 
-    /// Whether it is the record that comes next in a chain.
+    /// Tells whether it is the record that comes next in a chain.
     fn follows(&self, chain: &AuditChain) -> Result<(), AuditDamage> {
         let sequence = chain.records + 1;
         let damage = |detail: String| Err(AuditDamage { sequence, detail });
@@ -232,7 +232,7 @@ impl AuditRow {
     }
 }
 
-/// What is to be recorded of a write.
+/// The record that a write is to leave.
 pub(crate) struct Trace {
     pub(crate) act: Act,
     pub(crate) action: Action,

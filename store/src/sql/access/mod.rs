@@ -1,4 +1,4 @@
-//! Who there is, who may enter, and what was done by whom: operators, tokens, and the audit log with its anchors.
+//! Operators, their tokens, and the audit log with its anchors.
 //!
 //! *Uses:* the ground. *Update rule:* the audit log is only appended to, in the transaction of the act that it records.
 

@@ -1,5 +1,5 @@
-//! Why installed components have no forecast although they send: uploads that are set aside, and uploads whose hours
-//! lie before the overhaul that they follow.
+//! Reasons that installed components have no forecast although they send: uploads that are set aside, and uploads whose
+//! hours lie before the overhaul that they follow.
 
 use std::collections::BTreeMap;
 
@@ -77,7 +77,7 @@ macro_rules! counted {
     };
 }
 
-/// How many uploads are set aside in the present life of each component on some tails, and why.
+/// Counts the uploads that are set aside in the present life of each component on some tails, with the reason.
 async fn on_tails(
     connection: &mut Connection,
     operator: &OperatorId,

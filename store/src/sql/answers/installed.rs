@@ -1,4 +1,4 @@
-//! What is served of a tail: the components installed on it, each with its issued prognosis.
+//! Components installed on a tail, each with its issued prognosis, as they are answered.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ const INSTALLATIONS: &str = "installations";
 /// Behind every tail.
 const LAST: &str = "\u{10ffff}";
 
-/// What is installed for which a condition holds, by tail and position.
+/// Installed components for which a condition holds, by tail and position.
 macro_rules! installed {
     ($condition:literal) => {
         concat!(
@@ -186,7 +186,7 @@ struct InstalledRow {
     forecast_from_fh: Option<f64>,
 }
 
-/// What is known of a component's life.
+/// A component's life as far as it is known.
 #[derive(Default)]
 struct Judged {
     began: Option<LifeBeginning>,
@@ -228,7 +228,7 @@ impl InstalledRow {
         })
     }
 
-    /// What is known of a component's life, if none of it is damaged or missing.
+    /// Reads a component's life, if none of it is damaged or missing.
     fn judged(&mut self, component: &Component, found_failed: &BTreeMap<Component, f64>) -> Result<Judged, StoreError> {
         self.place.check()?;
         self.life.check()?;

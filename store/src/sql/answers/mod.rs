@@ -1,4 +1,4 @@
-//! What is answered out of several rooms: an upload, a component, what is installed on tails, finished lives.
+//! Answers out of several rooms: an upload, a component, what is installed on tails, finished lives.
 //!
 //! *Uses:* places, lives, results and what is below them. *Update rule:* it only reads, all as of one moment.
 

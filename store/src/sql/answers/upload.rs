@@ -46,7 +46,7 @@ impl Engine {
     }
 }
 
-/// What became of an upload.
+/// The upload with what became of it.
 async fn record(
     connection: &mut Connection,
     operator: &OperatorId,

@@ -122,7 +122,7 @@ impl EventRow {
     }
 }
 
-/// What names a row: all of its columns but the body, because any of them may decide which event ends a life.
+/// The name of a row: all of its columns but the body, because any of them may decide which event ends a life.
 struct EventName<'a> {
     component: &'a Component,
     id: &'a EventId,

@@ -13,7 +13,7 @@ type Applied<'a> = Pin<Box<dyn Future<Output = Result<(), StoreError>> + Send + 
 
 /// A write of any kind with its waiting caller.
 pub(crate) trait Job: Send {
-    /// What it touches.
+    /// The rows that it touches.
     #[allow(dead_code, reason = "SQLite writes everything one after the other")]
     fn reach(&self) -> Reach<'_>;
     /// Writes; a later call begins anew, after a rollback.
@@ -28,7 +28,7 @@ struct Waiting<W: Write> {
     caller: oneshot::Sender<Result<W::Output, StoreError>>,
 }
 
-/// Where a caller reads its answer.
+/// The place where a caller reads its answer.
 pub(crate) type Answer<T> = oneshot::Receiver<Result<T, StoreError>>;
 
 /// A write, and where its caller waits.

@@ -7,7 +7,7 @@ use super::super::{Arguments, Database};
 use super::row::{self, count};
 use crate::StoreError;
 
-/// Which life of a component is the newest, and which of its generations answers.
+/// One life of a component, and one of its generations: most often the newest, and the one that answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, sqlx_macros::FromRow)]
 pub(crate) struct LifePointer {
     pub(crate) overhaul_index: i64,

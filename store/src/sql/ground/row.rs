@@ -1,4 +1,4 @@
-//! From noun to row and back, with the checksum that tells a damaged row.
+//! Rows and nouns, made from one another, with the checksum that tells a damaged row.
 //!
 //! A row that answers are made of has a name, the tuple of its table and its key columns, and a
 //! body, the canonical JSON of the noun. Its checksum is the SHA-256 of both, so that neither a
@@ -104,7 +104,7 @@ pub(crate) fn count<T: TryFrom<i64>>(table: &str, value: i64) -> Result<T, Store
     T::try_from(value).map_err(|_| corrupt(&(table, value), "the number is out of range"))
 }
 
-/// Which end of an order to look at.
+/// An end of an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
     First,

@@ -35,9 +35,9 @@ pub(crate) trait Sealed: for<'r> FromRow<'r, <Database as sqlx::Database>::Row> 
     /// Writes the checksum of the row of a key.
     const SEAL: &'static str;
 
-    /// What its checksum must be.
+    /// The checksum that it must have.
     fn seal(&self) -> Vec<u8>;
-    /// What its checksum is.
+    /// The checksum that it has.
     fn stored_seal(&self) -> Option<&[u8]>;
     /// Its columns as text, to name it by.
     fn name(&self) -> String;

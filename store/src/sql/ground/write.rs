@@ -1,15 +1,15 @@
-//! What is written, and in whose company.
+//! Writes: units of a transaction, and what each must be alone with.
 
 use domain::{Component, OperatorId, Timestamp};
 
 use super::super::Connection;
 use crate::StoreError;
 
-/// What a write touches, and so what it must be alone with.
+/// The rows that a write touches, and so what it must be alone with.
 #[allow(dead_code, reason = "SQLite writes everything one after the other")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reach<'a> {
-    /// What an operator sent or asked for: all of an operator's come one after the other.
+    /// Inputs that an operator sent or asked for: all of an operator's come one after the other.
     Operator(&'a OperatorId),
     /// Results of one component: alone by the component's row in the queue, which they take first.
     Component(&'a Component),
@@ -22,9 +22,9 @@ pub(crate) enum Reach<'a> {
 /// A write inside a transaction. It may be applied several times, each time after a rollback; `now` is
 /// the queue's time.
 pub(crate) trait Write: Send + Sync + 'static {
-    /// What the caller is answered.
+    /// The answer to the caller.
     type Output: Send;
-    /// What it touches.
+    /// The rows that it touches.
     #[allow(dead_code, reason = "SQLite writes everything one after the other")]
     fn reach(&self) -> Reach<'_>;
     /// Writes.

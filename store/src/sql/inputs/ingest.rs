@@ -78,7 +78,7 @@ impl Accept {
         sealed::insert_new(connection, &UploadKeyRow::of(&key, &self.content_hash)).await
     }
 
-    /// What to answer when the name is taken. A conflict is only claimed of an undamaged upload.
+    /// Answers when the name is taken. A conflict is only claimed of an undamaged upload.
     async fn compare(&self, connection: &mut Connection) -> Result<Receipt, StoreError> {
         let (operator, id) = (&self.component.operator, &self.upload.upload_id);
         let known = keys::key_row(connection, operator, id).await?;

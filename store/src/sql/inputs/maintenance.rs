@@ -114,8 +114,8 @@ impl Write for Void {
     }
 }
 
-/// What a worker has read of lives is worthless once an overhaul parts them in another way: then it is an input of
-/// the component, whose number is told.
+/// Revokes a lease where an overhaul parts lives in another way, which makes worthless what a worker has read of them:
+/// then it is an input of the component, whose number is told.
 async fn revoke_lease(
     connection: &mut Connection,
     component: &Component,

@@ -1,7 +1,7 @@
-//! What operators send or ask for, with all that it changes: uploads, events, voids, retrials, sensor configurations.
+//! Inputs of operators, each with all that it changes: uploads, events, voids, retrials, sensor configurations.
 //!
-//! *Uses:* all rooms before. *Update rule:* the inputs of an operator come one after the other; each is one transaction,
-//! which counts in the queue what workers have to process.
+//! *Uses:* all rooms before. *Update rule:* the inputs of an operator come one after the other; each is one
+//! transaction, which counts in the queue what workers have to process.
 
 pub(super) mod configurations;
 pub(super) mod corrections;

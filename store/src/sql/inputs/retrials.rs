@@ -85,13 +85,13 @@ impl RetryMany {
         }
     }
 
-    /// Whatever was ever seen on the tail.
+    /// Components that were ever seen on the tail.
     async fn components(&self, connection: &mut Connection) -> Result<BTreeSet<Component>, StoreError> {
         let periods = observed::periods_of_tail(connection, &self.operator, &self.tail).await?;
         Ok(periods.into_iter().map(|period| period.component).collect())
     }
 
-    /// What of a component is set aside for the reason and was recorded at the time, in its order.
+    /// Uploads of a component that are set aside for the reason and were recorded at the time, in its order.
     async fn set_aside(
         &self,
         connection: &mut Connection,

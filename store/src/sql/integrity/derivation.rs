@@ -1,4 +1,4 @@
-//! What follows from other rows, derived once more and compared with what is stored.
+//! Derived rows, derived once more from their sources and compared with what is stored.
 //!
 //! It finds what no checksum can: a row that is missing, or one that was never right. Uploads are read one after the
 //! other; in memory are an operator's installations, and the names of what was voided and created.
@@ -108,7 +108,7 @@ fn hash_name(bytes: &[u8]) -> String {
     row::hash("hashes", bytes).map_or_else(|error| error.to_string(), |hash| hash.to_string())
 }
 
-/// What an operator did, by its audit log, and what must be there since.
+/// Compares an operator's audit log with what must be there since.
 async fn acts(connection: &mut Connection, operator: &OperatorId, found: &mut Verification) -> Result<(), StoreError> {
     let (mut uploads, mut events, mut tokens) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
     let mut configurations = BTreeSet::new();
@@ -138,7 +138,7 @@ async fn acts(connection: &mut Connection, operator: &OperatorId, found: &mut Ve
     Ok(())
 }
 
-/// What was done to the installation, by its audit log, and what must be there since.
+/// Compares the audit log of the installation with what must be there since.
 pub(super) async fn verify_installation(
     connection: &mut Connection,
     found: &mut Verification,

@@ -9,8 +9,8 @@ use super::super::{
 use crate::StoreError;
 
 impl Engine {
-    /// Whether something can be stored. While all goes well nothing is tried; after a failure, a row is written and
-    /// removed again.
+    /// Tells whether something can be stored. While all goes well nothing is tried; after a failure, a row is written
+    /// and removed again.
     pub(crate) async fn can_store(&self) -> Result<(), StoreError> {
         if self.outages().current().is_none() {
             return Ok(());

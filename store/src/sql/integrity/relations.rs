@@ -1,4 +1,4 @@
-//! What tables say of each other: rows that are missing, or that contradict the rows they follow from.
+//! Relations between tables: rows that are missing, or that contradict the rows they follow from.
 //!
 //! Card. *What:* a checksum tells a row that was changed; one that vanished is told by the rows that rest on it or
 //! that it rests on. *Rule:* each statement names rows that should be there and are not, or that are not what they
@@ -10,7 +10,7 @@ use domain::{Timestamp, time::DAY_US};
 use super::super::{Connection, events::recorded::FAILED, lives::endings::end_of_life};
 use crate::{DamagedRow, StoreError, Verification};
 
-/// Nothing waits for so long by itself.
+/// A time for which nothing waits by itself.
 const LONGEST_WAIT_US: i64 = 400 * DAY_US;
 
 /// Rows that a statement finds missing or contradicted.

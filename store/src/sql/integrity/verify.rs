@@ -20,7 +20,7 @@ impl Engine {
         self.verify_tables(true).await
     }
 
-    /// Of the tables from which all others can be made anew.
+    /// Verifies the tables from which all others can be made anew.
     pub(crate) async fn verify_sources(&self) -> Result<Verification, StoreError> {
         self.verify_tables(false).await
     }

@@ -43,7 +43,7 @@ struct Announce {
     after: Option<Component>,
 }
 
-/// What a batch has come to.
+/// The outcome of a batch.
 struct Batch {
     /// Lives that have a new generation.
     announced: u64,

@@ -62,8 +62,9 @@ macro_rules! endings {
     };
 }
 
-/// That an ending `e` of a life `l` has hours which the life's last upload allows: time only goes on, and no component
-/// flies longer than time passes, but for a day. Others are served, but count for no scoreboard and teach nothing.
+/// A condition: an ending `e` of a life `l` has hours which the life's last upload allows: time only goes on, and no
+/// component flies longer than time passes, but for a day. Others are served, but count for no scoreboard and teach
+/// nothing.
 macro_rules! credible_end {
     () => {
         "and not exists (
@@ -98,8 +99,8 @@ pub(crate) async fn of_component(
     rows.into_iter().map(|row| row.ending().map(|end| (end.pointer.overhaul_index, end.failure_fh))).collect()
 }
 
-/// What is installed on the tails from `first` to `last` and was found failed: at how many hours. A damaged end is left
-/// out, which the life that has it tells.
+/// Components that are installed on the tails from `first` to `last` and were found failed, with the hours. A damaged
+/// end is left out, which the life that has it tells.
 pub(crate) async fn on_tails(
     connection: &mut Connection,
     operator: &OperatorId,
@@ -144,7 +145,8 @@ pub(crate) async fn newest(
     rows.into_iter().map(EndingRow::ending).collect()
 }
 
-/// The finished lives of a part number that a bundle judges and that failed at credible hours, by serial number and life.
+/// The finished lives of a part number that a bundle judges and that failed at credible hours, by serial number and
+/// life.
 pub(crate) async fn judged_by(
     connection: &mut Connection,
     operator: &OperatorId,

@@ -71,7 +71,7 @@ impl LifeRow {
         Ok(event_id.map(|event_id| LifeBeginning { event_id, occurred_at, flight_hours: self.began_fh }))
     }
 
-    /// Whether it is what the first generation of a component's first life is.
+    /// Tells whether it is what the first generation of a component's first life is.
     pub(super) fn is_first_of_first(&self) -> bool {
         (self.overhaul_index, self.generation) == (0, FIRST)
             && self.began_by.is_none()

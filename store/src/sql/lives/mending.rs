@@ -57,7 +57,7 @@ async fn newest_prognosis(
     Ok(query.fetch_one(connection).await?)
 }
 
-/// Whether a component has one life of one generation.
+/// Tells whether a component has one life of one generation.
 async fn has_one_generation(connection: &mut Connection, component: &Component) -> Result<bool, StoreError> {
     let query = sqlx::query_scalar(
         "select count(*) from generations where operator = $1 and part_number = $2 and serial_number = $3",

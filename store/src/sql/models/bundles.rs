@@ -107,7 +107,7 @@ struct BundleRow {
     activation_checksum: Option<Vec<u8>>,
 }
 
-/// What names whether and since when a bundle is active.
+/// The name of whether and since when a bundle is active.
 fn activation(hash: ContentHash, active: i64, activated_at: Option<i64>) -> impl serde::Serialize {
     ("bundle activations", hash, active, activated_at)
 }

@@ -5,7 +5,7 @@ use domain::{ContentHash, OperatorId, PartNumber};
 use super::super::{Connection, ground::row::count};
 use crate::StoreError;
 
-/// How often a lesson was claimed since it last taught something.
+/// Counts the claims of a lesson since it last taught something.
 pub(crate) async fn attempts(
     connection: &mut Connection,
     operator: &OperatorId,

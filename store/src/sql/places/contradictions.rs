@@ -1,10 +1,10 @@
-//! What was reported of a component and cannot be true together with what else is known.
+//! Contradictions: reports of a component that cannot be true together with what else is known.
 //!
 //! Card. *What:* found when somebody asks, from the events and uploads that count then: so what one says is judged by
 //! what came before and after it in time, whatever the order of arrival, and what is voided contradicts nothing.
-//! *Rules:* an upload against installs; a removal from where the component was not; an install where another one was, or
-//! of one that was elsewhere, without a removal; an upload from another tail without a removal; hours of an event against
-//! its neighbours in time ([`possible`]); a component without a place. *Bounds:* the newest [`MOST`] of each.
+//! *Rules:* an upload against installs; a removal from where the component was not; an install where another one was,
+//! or of one that was elsewhere, without a removal; an upload from another tail without a removal; hours of an event
+//! against its neighbours in time ([`possible`]); a component without a place. *Bounds:* the newest [`MOST`] of each.
 
 use domain::{Component, EventKind, Finding, MaintenanceEvent, OperatorId, Timestamp, Upload, Warning, WarningKind};
 
@@ -23,11 +23,11 @@ use crate::{
 const CONTRADICTIONS: &str = "contradictions";
 /// Most contradictions of a component that are told, and most of its events that are judged.
 const MOST: usize = 100;
-/// How far hours and times of uploads and events may differ: mechanics round, and name days.
+/// Most hours by which uploads and events may differ: mechanics round, and name days.
 const SLACK_H: f64 = 24.0;
 
 impl Engine {
-    /// What an event contradicts, now that it is stored.
+    /// Warns of what an event contradicts, now that it is stored.
     pub(crate) async fn event_warnings(
         &self,
         operator: &OperatorId,
@@ -53,9 +53,9 @@ pub(crate) async fn of_component(
     Ok(found.split_off(found.len().saturating_sub(MOST)))
 }
 
-/// What an upload contradicts when it comes, which is not what its place says already (`here`): installs, and uploads of
-/// another tail. What a body of lines resolves by its end is nothing of either: units that change places on one tail are
-/// no contradiction.
+/// Warns of what an upload contradicts when it comes, which is not what its place says already (`here`): installs, and
+/// uploads of another tail. What a body of lines resolves by its end is nothing of either: units that change places on
+/// one tail are no contradiction.
 pub(super) async fn of_upload(
     connection: &mut Connection,
     component: &Component,
@@ -87,7 +87,7 @@ pub(super) async fn of_upload(
     Ok(warnings)
 }
 
-/// Where uploads saw a component against what installs say, and on another tail without a removal.
+/// Contradictions by uploads that saw a component against what installs say, or on another tail without a removal.
 async fn of_uploads(connection: &mut Connection, component: &Component) -> Result<Vec<Contradiction>, StoreError> {
     let mut found = Vec::new();
     let observed = observed::of_component(connection, component).await?;
@@ -107,7 +107,7 @@ async fn of_uploads(connection: &mut Connection, component: &Component) -> Resul
     Ok(found)
 }
 
-/// How it is odd that a component is seen at a place after it was seen at another one.
+/// Says how it is odd that a component is seen at a place after it was seen at another one.
 async fn moved_between_tails(
     connection: &mut Connection,
     before: &Period,
@@ -143,7 +143,7 @@ fn by_moment(kind: WarningKind, detail: String, at: &Moment, place: Place) -> Re
     Ok(Contradiction { warning: Warning { kind, detail }, at, tail, position, upload_id, event_id })
 }
 
-/// That a component has no known place.
+/// The contradiction that a component has no known place.
 async fn lost(connection: &mut Connection, component: &Component) -> Result<Option<Contradiction>, StoreError> {
     let Some(last) = installations::displaced(connection, component).await? else { return Ok(None) };
     let Some(end) = last.to else { return Ok(None) };
@@ -157,7 +157,7 @@ async fn lost(connection: &mut Connection, component: &Component) -> Result<Opti
     by_moment(WarningKind::PlaceUnknown, detail, &end, last.place).map(Some)
 }
 
-/// What an event contradicts.
+/// Contradictions by an event.
 async fn of_event(
     connection: &mut Connection,
     component: &Component,
@@ -270,7 +270,7 @@ impl Reading {
     }
 }
 
-/// How the hours of an event contradict those of its neighbours in time, uploads and events.
+/// Warns of hours of an event that contradict those of its neighbours in time, uploads and events.
 async fn hours(
     connection: &mut Connection,
     component: &Component,
@@ -299,7 +299,7 @@ async fn hours(
     Ok(warnings)
 }
 
-/// What tells hours just before an event and just after it.
+/// Readings of hours just before an event and just after it.
 async fn neighbours(
     connection: &mut Connection,
     component: &Component,
@@ -317,7 +317,8 @@ async fn neighbours(
     Ok(readings)
 }
 
-/// Whether hours can have passed while time did: time only goes on, and no component flies longer than time passes.
+/// Tells whether hours can have passed while time did: time only goes on, and no component flies longer than time
+/// passes.
 fn possible(flown_fh: f64, passed_h: f64) -> bool {
     (passed_h.min(0.0) - SLACK_H..=passed_h.max(0.0) + SLACK_H).contains(&flown_fh)
 }

@@ -1,4 +1,4 @@
-//! Installations: which component sits where, from which moment to which, told by an event or by an upload.
+//! Installations: components at places, from moment to moment, as an event or an upload tells.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -50,7 +50,7 @@ fn by(text: &str) -> Result<By, StoreError> {
     }
 }
 
-/// As the columns hold it, in the order of [`By`].
+/// The column of a teller, in the order of [`By`].
 fn by_column(by: By) -> &'static str {
     match by {
         By::Event => "event",
@@ -59,7 +59,7 @@ fn by_column(by: By) -> &'static str {
 }
 
 sealed! {
-    /// Where a component was installed, and from which moment to which.
+    /// The place where a component was installed, and from which moment to which.
     InstallationRow of "installations", checksum "place_checksum",
     key { operator: String, tail: String, position: String, from_at: i64, from_by: String, from_name: String }
     columns {
@@ -131,7 +131,7 @@ macro_rules! installations {
 }
 pub(super) use installations;
 
-/// Where a component was installed, in the order of time.
+/// Installations of a component, in the order of time.
 pub(crate) async fn of_component(
     connection: &mut Connection,
     component: &Component,
@@ -191,7 +191,8 @@ pub(super) async fn displaced(
     Ok((!removed).then_some(last))
 }
 
-/// What an install ended: the installation of another component at the place, and that of its component elsewhere.
+/// The installations that an install ended: the one of another component at the place, and that of its component
+/// elsewhere.
 pub(super) async fn ended_by(connection: &mut Connection, install: &Movement) -> Result<Vec<Period>, StoreError> {
     let Movement { at, component, place, .. } = install;
     let of_component = sqlx::query_as(installations!(
@@ -212,7 +213,7 @@ pub(super) async fn ended_by(connection: &mut Connection, install: &Movement) ->
     Ok(ended)
 }
 
-/// Where an install tells that a component is at a moment.
+/// The place where an install tells that a component is at a moment.
 pub(super) async fn told_of(
     connection: &mut Connection,
     component: &Component,
@@ -230,12 +231,12 @@ pub(super) async fn told_of(
     Ok(told.filter(|told| told.contains(moment)))
 }
 
-/// Before and after everything.
+/// The moments before and after everything.
 pub(super) const FIRST: Moment = Moment { at: i64::MIN, by: By::Event, name: String::new() };
 pub(super) const LAST: Moment = Moment { at: i64::MAX, by: By::Upload, name: String::new() };
 
-/// The told periods for which a condition holds around the times `$4` to `$5`: the last one that begins before, those that
-/// begin between them, and the first one that begins after.
+/// The told periods for which a condition holds around the times `$4` to `$5`: the last one that begins before, those
+/// that begin between them, and the first one that begins after.
 macro_rules! told_around {
     ($whose:literal) => {
         installations!(

@@ -1,8 +1,8 @@
-//! Where components are: tails, the two layers that tell of places (movements of events, sightings of uploads), and the
+//! Places of components: tails, the two layers that tell of places (movements of events, sightings of uploads), and the
 //! installations that follow from both; how a tail's sensors sit and how much it flies.
 //!
-//! *Uses:* the ground, uploads, events. *Update rule:* all but sensor configurations follows from uploads and events that
-//! are not voided, and can be made anew from them.
+//! *Uses:* the ground, uploads, events. *Update rule:* all but sensor configurations follows from uploads and events
+//! that are not voided, and can be made anew from them.
 
 pub(super) mod contradictions;
 pub(super) mod installations;

@@ -17,7 +17,7 @@ use crate::{
 
 const MOVEMENTS: &str = "movements";
 
-/// How an event moves its component, if it does.
+/// The movement of a component that an event tells of, if it does.
 pub(crate) fn of_event(operator: &OperatorId, event: &MaintenanceEvent) -> Option<Movement> {
     let direction = match event.kind {
         EventKind::Install => Direction::In,
@@ -91,7 +91,7 @@ pub(crate) async fn insert(connection: &mut Connection, movement: &Movement) -> 
     sealed::insert(connection, &MovementRow::of(movement)).await
 }
 
-/// As the column holds it, in the order of [`Direction`].
+/// The column of a direction, in the order of [`Direction`].
 fn inward(direction: Direction) -> i64 {
     match direction {
         Direction::Out => 0,
@@ -239,7 +239,7 @@ pub(super) async fn removals_around(
     rows.into_iter().map(MovementRow::movement).collect()
 }
 
-/// Whether a component was removed from a place between two times, both of which are included.
+/// Tells whether a component was removed from a place between two times, both of which are included.
 pub(super) async fn left(
     connection: &mut Connection,
     component: &Component,
@@ -263,7 +263,7 @@ pub(super) async fn left(
     Ok(left)
 }
 
-/// Whether a component was removed from anywhere at a time or after it.
+/// Tells whether a component was removed from anywhere at a time or after it.
 pub(super) async fn removed_since(
     connection: &mut Connection,
     component: &Component,

@@ -19,7 +19,7 @@ impl Engine {
     }
 }
 
-/// That another component is known whose names differ from these in case only.
+/// Warns that another component is known whose names differ from these in case only.
 pub(crate) async fn component_alike(
     connection: &mut Connection,
     component: &Component,
@@ -43,7 +43,7 @@ pub(crate) async fn component_alike(
     }))
 }
 
-/// Whether anything was ever installed at a position of a tail.
+/// Tells whether anything was ever installed at a position of a tail.
 pub(super) async fn knows_position(
     connection: &mut Connection,
     operator: &OperatorId,
@@ -61,7 +61,7 @@ pub(super) async fn knows_position(
     Ok(known)
 }
 
-/// That another position of a tail is known whose name differs from this in case only.
+/// Warns that another position of a tail is known whose name differs from this in case only.
 pub(super) async fn position_alike(
     connection: &mut Connection,
     operator: &OperatorId,

@@ -1,4 +1,5 @@
-//! Where uploads saw components: the rows of the lower one of the two layers that installations are made of.
+//! Observed periods, in which uploads saw components: rows of the lower one of the two layers that installations are
+//! made of.
 
 use std::collections::BTreeSet;
 
@@ -32,7 +33,7 @@ macro_rules! periods {
     };
 }
 
-/// Where a component was seen, in the order of time.
+/// Periods in which a component was seen, in the order of time.
 pub(super) async fn of_component(
     connection: &mut Connection,
     component: &Component,
@@ -45,7 +46,7 @@ pub(super) async fn of_component(
     rows.into_iter().map(PeriodRow::period).collect()
 }
 
-/// What was seen of a component, and at a place, between two times: by a condition that names them as `$2` and `$3`.
+/// Periods of a component, or of a place, between two times: by a condition that names them as `$2` and `$3`.
 /// (The last period that begins before the first time may last beyond it.)
 macro_rules! between {
     ($whose:literal) => {
@@ -92,7 +93,7 @@ pub(super) fn seen_at(at: i64, upload_id: String) -> Moment {
 }
 
 sealed! {
-    /// Where uploads saw a component, and from which upload to which.
+    /// The place where uploads saw a component, and from which upload to which.
     PeriodRow of "observed_installations", checksum "period_checksum",
     key { operator: String, tail: String, position: String, from_at: i64, from_upload: String }
     columns { part_number: String, serial_number: String, to_at: Option<i64>, to_upload: Option<String> }

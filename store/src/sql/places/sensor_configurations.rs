@@ -128,7 +128,7 @@ impl Draft {
         known.map(|bytes| hash(OF_TAILS, &bytes)).transpose()
     }
 
-    /// When the tail's next configuration comes into force.
+    /// The time at which the tail's next configuration comes into force.
     pub(crate) async fn superseded_at(&self, connection: &mut Connection) -> Result<i64, StoreError> {
         let next: Option<i64> = sqlx::query_scalar(
             "select min(effective_from) from tail_sensor_configurations

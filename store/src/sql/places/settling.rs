@@ -118,7 +118,7 @@ async fn settle(connection: &mut Connection, change: Change, first: &Moment, las
     installations::apply(connection, &settled).await
 }
 
-/// From when until when uploads do not say that a component is at a place: all that matters around some moments.
+/// The gaps in which uploads do not say that a component is at a place: all that matters around some moments.
 async fn gaps(
     connection: &mut Connection,
     component: &Component,

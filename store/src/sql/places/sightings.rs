@@ -1,4 +1,4 @@
-//! Where uploads saw components, whatever the order in which they arrive.
+//! Sightings: places where uploads saw components, whatever the order in which they arrive.
 //!
 //! Card. *What:* the half-open periods for which a component was seen at a place (tail and position).
 //! *Definition:* order all observations (a component seen at a place) by (recorded_at, upload_id).
@@ -39,6 +39,7 @@ pub(super) async fn observe(
         split(connection, holder, &seen.from, &mut change).await?;
     }
     if let Some(elsewhere) = observed::holding_component(connection, &seen).await? {
+        // It was believed to be there until something contradicts it, which this does.
         split(connection, elsewhere, &seen.from, &mut change).await?;
     }
     seen.to = observed::next_contradiction(connection, &seen).await?;
@@ -49,8 +50,11 @@ pub(super) async fn observe(
     Ok(change)
 }
 
-/// Makes the periods of an operator anew, from all of its uploads that are not voided.
+/// Makes the periods of an operator anew, from all of its uploads that are not voided. They come from the definition,
+/// not from [`observe`] upload by upload: what is made anew because rows are damaged rests on no row that may be, and
+/// the two ways can be held against each other (`integrity::derivation` does).
 pub(super) async fn remake(connection: &mut Connection, operator: &OperatorId) -> Result<Vec<Period>, StoreError> {
+    // All uploads are read before anything is removed, so that a damaged one leaves the periods as they are.
     let made = defined(connection, operator).await?;
     sqlx::query("delete from observed_installations where operator = $1")
         .bind(operator.as_str())

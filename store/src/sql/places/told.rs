@@ -1,5 +1,5 @@
-//! Where events tell that components are, in whatever order they arrive: the upper one of the two layers that
-//! installations are made of.
+//! Told periods: places where events tell that components are, in whatever order they arrive; the upper one of the two
+//! layers that installations are made of.
 //!
 //! Card. *What:* the periods that installs and removals tell, as installations that begin with an event.
 //! *Definition:* [`crate::periods::told`]. *Update rule:* an install inside a period of its own place changes nothing;
@@ -93,7 +93,7 @@ async fn split(
     Ok(())
 }
 
-/// What of a period goes on after a movement within it.
+/// The part of a period that goes on after a movement within it.
 async fn going_on(
     connection: &mut Connection,
     period: &Period,

@@ -1,4 +1,4 @@
-//! How much a tail flies.
+//! Utilisation: flight hours per day of a tail.
 //!
 //! Hours are read off its components: over each installation, the growth of the component's hours
 //! divided by the days between its first and last upload, pooled over the tail. A swap of units
@@ -12,7 +12,7 @@ use super::super::{Connection, ground::row::End, uploads::received};
 use super::observed::{self, TailPeriod};
 use crate::StoreError;
 
-/// How far to look back from the tail's newest upload.
+/// The time to look back from the tail's newest upload.
 const WINDOW_US: i64 = 90 * DAY_US;
 /// Less data than this says nothing.
 const SHORTEST_US: i64 = 14 * DAY_US;
@@ -52,7 +52,7 @@ async fn over(connection: &mut Connection, periods: Vec<TailPeriod>) -> Result<O
     Ok(pooled(&spans))
 }
 
-/// What was read; nothing where something of it is damaged: then it is not known how much is flown.
+/// The rows that were read; none where something of them is damaged: then it is not known how much is flown.
 fn readable<T>(read: Result<Vec<T>, StoreError>) -> Result<Vec<T>, StoreError> {
     match read {
         Err(damage @ StoreError::Corrupt { .. }) => {

@@ -1,4 +1,4 @@
-//! How much waits, and since when.
+//! Figures of the queue: how much waits, and since when.
 
 use domain::Timestamp;
 
@@ -27,7 +27,7 @@ impl Engine {
         Ok(sqlx::query_scalar(sql).fetch_one(&mut *self.read_all().await?).await?)
     }
 
-    /// When the next component can be leased, if any waits.
+    /// The time at which the next component can be leased, if any waits.
     pub(crate) async fn next_due(&self) -> Result<Option<Timestamp>, StoreError> {
         let due: Option<i64> = sqlx::query_scalar(
             "select min(case when lease_until > not_before then lease_until else not_before end)

@@ -28,11 +28,11 @@ const QUEUE: &str = "component_queue";
 /// Every so many leases one goes to the component that has waited longest.
 const OLDEST: u64 = 4;
 
-/// Whose turn it is among those that lease by this process.
+/// Turns of operators among those that lease by this process.
 #[derive(Default)]
 pub(crate) struct Turns(Mutex<Turn>);
 
-/// What the next lease goes by.
+/// The turn by which the next lease goes.
 #[derive(Debug, Clone, Default)]
 struct Turn {
     number: u64,
@@ -101,8 +101,8 @@ async fn longest_waiting(connection: &mut Connection, now: Timestamp) -> Result<
     Ok(sqlx::query_as(sql).bind(now.micros()).fetch_optional(connection).await?)
 }
 
-/// Of the next operator after one that has anything to process: what is known before what is new, and then what has
-/// waited longest.
+/// The component of the next operator after one that has anything to process: known ones before new ones, and then the
+/// one that has waited longest.
 async fn of_next_operator(
     connection: &mut Connection,
     now: Timestamp,

@@ -1,10 +1,10 @@
 //! Revisions: what a component has to process.
 //!
-//! Card. *Update rule:* an input adds 1 to `input_revision`; a result sets `processed_revision` to the revision that its
-//! lease had read, if the lease still holds; a component waits while input > processed, so that an input during
+//! Card. *Update rule:* an input adds 1 to `input_revision`; a result sets `processed_revision` to the revision that
+//! its lease had read, if the lease still holds; a component waits while input > processed, so that an input during
 //! processing is never lost. `not_before` is when a component began to wait, or when its back-off ends. What takes
-//! results back also ends the lease, so that nothing is written that rests on them. *Requires:* results and their
-//! check of the fence in one transaction.
+//! results back also ends the lease, so that nothing is written that rests on them. *Requires:* results and their check
+//! of the fence in one transaction.
 
 use domain::{Component, Timestamp};
 
@@ -76,7 +76,7 @@ pub(crate) async fn mend(connection: &mut Connection, component: &Component, now
     Ok(())
 }
 
-/// Up to which input the results of a component reach.
+/// The input up to which the results of a component reach.
 pub(crate) async fn processed_revision(connection: &mut Connection, component: &Component) -> Result<i64, StoreError> {
     let (revision,): (i64,) = sqlx::query_as(
         "select processed_revision from component_queue

@@ -84,8 +84,8 @@ async fn read(
     Ok(undamaged.then(|| Checkpoint { block: block.cast_unsigned(), digest: *digest, body }))
 }
 
-/// Neither overhaul index nor generation: the digest tells lives apart, and a writer's results are
-/// checksummed before it knows them.
+/// The name of a checkpoint, without overhaul index and generation: the digest tells lives apart, and a writer's
+/// results are checksummed before it knows them.
 fn name<'a>(component: &'a Component, block: i64, digest: &'a ContentHash) -> impl serde::Serialize + 'a {
     (CHECKPOINTS, component, block, digest)
 }

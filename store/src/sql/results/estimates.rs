@@ -44,7 +44,7 @@ impl Engine {
 /// A place in the order of a life, as columns.
 type LifeOrder<'a> = (f64, i64, &'a str);
 
-/// Which estimates to read: both starts are exclusive, `to_fh` is too.
+/// A range of estimates: both starts are exclusive, `to_fh` is too.
 pub(crate) struct EstimateRange<'a> {
     from: LifeOrder<'a>,
     after: Option<LifeOrder<'a>>,
@@ -173,7 +173,7 @@ pub(crate) async fn end_of_life(
     Ok(row.map(EstimateRow::estimate).transpose()?.as_ref().map(LifeCursor::from))
 }
 
-/// Whether any estimate counts in one generation of a life.
+/// Tells whether any estimate counts in one generation of a life.
 pub(crate) async fn has_counting_estimate(
     connection: &mut Connection,
     component: &Component,

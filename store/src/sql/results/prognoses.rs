@@ -14,7 +14,7 @@ use super::super::{
 use crate::{Lease, StoreError, Verification};
 
 const PROGNOSES: &str = "prognoses";
-/// How far the column of the hours may be from the body's: the migration that added it rounded.
+/// Most flight hours by which the column may differ from the body: the migration that added it rounded.
 const ROUNDING_FH: f64 = 1e-6;
 
 /// A prognosis as columns.
@@ -88,7 +88,7 @@ impl PrognosisRow {
     }
 }
 
-/// Of each stretch of `every_fh` hours before a life's failure, the first prognosis with a forecast that
+/// The first prognosis of each stretch of `every_fh` hours before a life's failure with a forecast that
 /// was issued, by whatever generation answered then, in the order of hours.
 pub(crate) async fn first_of_each_stretch(
     connection: &mut Connection,

@@ -38,7 +38,7 @@ impl Engine {
     }
 }
 
-/// Which states to read: `from_fh` is inclusive, `after` and `to_fh` are exclusive.
+/// A range of states: `from_fh` is inclusive, `after` and `to_fh` are exclusive.
 pub(crate) struct StateRange {
     after: i64,
     from_fh: f64,

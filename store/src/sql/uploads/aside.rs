@@ -18,7 +18,7 @@ use crate::StoreError;
 
 const SET_ASIDE: &str = "set_aside";
 
-/// Why an upload is set aside, if it is.
+/// The reason that an upload is set aside, if it is.
 pub(crate) async fn reason(
     connection: &mut Connection,
     key: &UploadKey,
@@ -152,7 +152,7 @@ pub(crate) async fn exclude(
     Ok(())
 }
 
-/// What is excluded from a generation of a life, by name.
+/// Uploads that are excluded from a generation of a life, by name.
 async fn exclusions(
     connection: &mut Connection,
     component: &Component,

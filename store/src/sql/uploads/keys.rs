@@ -25,7 +25,7 @@ pub(crate) async fn key(
     Ok(Some(UploadKey { component, recorded_at: row.recorded_at, upload_id: id.clone() }))
 }
 
-/// What is known by the name of an upload.
+/// The row of the name of an upload.
 pub(crate) async fn key_row(
     connection: &mut Connection,
     operator: &OperatorId,

@@ -1,5 +1,5 @@
-//! When uploads were last tried again: an input like the uploads themselves, so that results that are made anew are
-//! judged by the same clock.
+//! Retrials of uploads, each with its time: an input like the uploads themselves, so that results that are made anew
+//! are judged by the same clock.
 
 use std::collections::HashMap;
 
@@ -44,7 +44,7 @@ pub(crate) async fn note(connection: &mut Connection, key: &UploadKey, at: Times
     sealed::insert(connection, &row).await
 }
 
-/// When uploads of a component were last tried again, by name.
+/// Times at which uploads of a component were last tried again, by name.
 pub(crate) async fn of_component(
     connection: &mut Connection,
     component: &Component,

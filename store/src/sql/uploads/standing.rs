@@ -1,4 +1,4 @@
-//! Where an upload stands.
+//! The standing of an upload.
 
 use domain::Timestamp;
 
@@ -12,7 +12,7 @@ use super::super::{
 use super::{aside, inbox::InboxRow, voided::VoidedRow};
 use crate::{StoreError, UploadState};
 
-/// Where an upload stands: it was voided, waits, was set aside, or has been processed.
+/// The standing of an upload: voided, waiting, set aside, or processed.
 pub(crate) async fn state_of(connection: &mut Connection, key: &UploadKey) -> Result<UploadState, StoreError> {
     let voided = sqlx::query_as(
         "select operator, part_number, serial_number, recorded_at, upload_id, voided_at, checksum as voided_checksum

@@ -11,7 +11,7 @@ use super::super::{
 };
 use crate::StoreError;
 
-/// Whether it was not voided before.
+/// Marks an upload as voided; tells whether it was not before.
 pub(crate) async fn mark(
     connection: &mut Connection,
     key: &UploadKey,

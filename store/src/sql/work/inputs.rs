@@ -1,4 +1,4 @@
-//! What a worker reads for a lease.
+//! Inputs that a worker reads for a lease.
 
 use std::collections::HashSet;
 

@@ -1,4 +1,4 @@
-//! What finished lives have to teach beyond the priors that were learned.
+//! Lessons of finished lives, beyond the priors that were learned.
 
 use std::time::Duration;
 

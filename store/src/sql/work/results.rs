@@ -1,4 +1,4 @@
-//! What a worker writes for a lease: one transaction, refused when fenced.
+//! Results that a worker writes for a lease: one transaction, refused when fenced.
 
 use std::collections::HashMap;
 
