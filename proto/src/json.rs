@@ -1,5 +1,6 @@
 //! Bodies of the REST interface.
 
+mod as_of;
 mod component;
 mod due;
 mod explanation;
@@ -17,6 +18,7 @@ mod tail;
 mod upload;
 mod warning;
 
+pub use as_of::AsOfBody;
 pub use component::{
     ComponentBody, ContradictionItem, GenerationItem, GenerationState, InstallationItem, InstallationSource,
     LifeBeginning, LifeItem,
@@ -31,8 +33,7 @@ pub use page::Page;
 pub use parse::{BodyError, parse};
 pub use problem::{FieldError, Problem};
 pub use rul::{
-    AsOfBody, EndOfLife, FailureProbability, Fault, FaultsByName, MonteCarlo, PropagationBody, RulBody, RulQuantiles,
-    Status,
+    EndOfLife, FailureProbability, Fault, FaultsByName, MonteCarlo, PropagationBody, RulBody, RulQuantiles, Status,
 };
 pub use scoreboard::ScoreboardBody;
 pub use sensor_configuration::{

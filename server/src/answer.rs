@@ -7,7 +7,7 @@ use proto::json::{
 };
 use store::{BundleRecord, ComponentRecord, Installed, InstalledTail, LifeBeginning, SetAsideUploads};
 
-use crate::{State, refusal::Refusal};
+use crate::{refusal::Refusal, state::State};
 
 /// Hours for which P(failure within) is told unless asked otherwise.
 const WITHIN_FH: [f64; 5] = [100.0, 250.0, 500.0, 1000.0, 2000.0];

@@ -1,6 +1,6 @@
 //! The one router: REST and pages with time-outs, gRPC without, one fallback.
 
-use std::{any::Any, ops::Deref, sync::Arc, time::Duration};
+use std::{any::Any, sync::Arc, time::Duration};
 
 use axum::{
     Extension, Router,
@@ -21,44 +21,18 @@ use tonic::Status;
 use tower_http::catch_panic::CatchPanicLayer;
 
 use crate::{
-    State,
     auth::{self, Endpoint, GRPC, Gate, HostName},
     grpc,
-    ingest::Masks,
     intake::{Budget, messages},
+    masks::Masks,
     page, prometheus,
     refusal::{Refusal, is_grpc},
     rest,
+    state::{Context, Shared, State},
 };
 
 /// Longest time until a REST answer begins.
 const DEADLINE: Duration = Duration::from_secs(30);
-
-/// What all handlers share.
-#[derive(Clone)]
-pub struct Shared(Arc<Context>);
-
-/// See [`Shared`].
-pub struct Context {
-    /// What is served from.
-    pub state: State,
-    /// The room for bodies that are still coming in.
-    pub budget: Budget,
-    /// Held while an item of a sequence is read: sequences take turns, so that however many come in at once, one of them at
-    /// a time keeps others from a thread.
-    pub turn: Semaphore,
-    /// Masks that were read before.
-    pub masks: Masks,
-    /// Cancelled when the service begins to stop: streams end then.
-    pub stopping: CancellationToken,
-}
-
-impl Deref for Shared {
-    type Target = Context;
-    fn deref(&self) -> &Context {
-        &self.0
-    }
-}
 
 /// Everything that one port serves, until `stopping`; `closed` to callers that show nothing, whatever the store knows.
 pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> Router {
@@ -66,7 +40,7 @@ pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> 
     let gate = Arc::new(Gate::new(state.store.clone(), state.clock.clone(), closed));
     let context =
         Context { state, budget: Budget::default(), turn: Semaphore::new(1), masks: Masks::default(), stopping };
-    let shared = Shared(Arc::new(context));
+    let shared = Shared::new(context);
     let rest = routes()
         .0
         .method_not_allowed_fallback(|| async { Refusal::MethodNotAllowed })

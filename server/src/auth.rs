@@ -9,14 +9,15 @@
 mod caller;
 mod certificate;
 mod credential;
+mod freshness;
 mod gate;
 mod guard;
 mod guarded;
 mod host;
 
 pub use caller::{Caller, admitted};
-pub use certificate::{ClientCertificate, Peer, bearer};
-pub use credential::{Credential, Unauthenticated};
+pub use certificate::{ClientCertificate, Peer};
+pub use credential::Credential;
 pub use gate::Gate;
 pub use guard::{GRPC, door, grpc, is_probe};
 pub use guarded::{Endpoint, Guarded};

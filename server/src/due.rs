@@ -13,7 +13,7 @@ use domain::{
 use proto::json::{AsOfBody, Doubt, DueBody, DueItem, DueTotals, LatestSafe, Status};
 use store::Installed;
 
-use crate::{State, answer, refusal::Refusal};
+use crate::{answer, parameters::Parameters, refusal::Refusal, state::State};
 
 /// Hours that are asked about unless told otherwise.
 const WITHIN_FH: f64 = 500.0;
@@ -39,6 +39,13 @@ impl Threshold {
     /// From what was asked for.
     pub fn new(within_fh: Option<f64>, risk: Option<f64>) -> Self {
         Self { within_fh: within_fh.unwrap_or(WITHIN_FH), risk: risk.unwrap_or(RISK) }
+    }
+
+    /// From query parameters.
+    pub fn read(parameters: &mut Parameters) -> Self {
+        let within_fh = parameters.number("within_fh", WITHIN_RULE, is_within);
+        let risk = parameters.number("risk", RISK_RULE, is_risk);
+        Self::new(within_fh, risk)
     }
 }
 

@@ -8,7 +8,7 @@ use axum::Router;
 use proto::v1::{fleet_health_server::FleetHealthServer, ingest_server::IngestServer, models_server::ModelsServer};
 use tonic::service::Routes;
 
-use crate::{app::Shared, rest::MAX_UPLOAD_BYTES};
+use crate::{limits::MAX_UPLOAD_BYTES, state::Shared};
 
 /// The services as routes.
 pub async fn routes(shared: &Shared) -> Router {

@@ -5,10 +5,10 @@ use proto::json::{HealthItem, Page, StateItem};
 use store::{HistoryOf, LifeCursor, LifeRecord};
 
 use crate::{
-    State,
     answer::{self, fault_models, fault_names, next_cursor},
     cursor,
     refusal::Refusal,
+    state::State,
 };
 
 /// Which part of a history, and how much of it at once.

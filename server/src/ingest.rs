@@ -1,29 +1,14 @@
 //! Data Acquisition: an upload is checked against its mask, stored, and only then acknowledged.
 
-use std::{collections::HashMap, sync::Arc, sync::RwLock};
-
-use domain::{Component, ContentHash, Invalid, OperatorId, Position, TailNumber, Upload, UploadId, Warning};
+use domain::{Component, Invalid, OperatorId, Position, TailNumber, Upload, UploadId, Warning};
 use proto::json::Ingested;
-use store::{PublishedMask, Receipt};
+use store::Receipt;
 
-use crate::{State, app::Shared, auth::Caller, refusal::Refusal};
-
-/// Published masks are accepted for ever, so each is read from the store once.
-#[derive(Default)]
-pub struct Masks(RwLock<HashMap<ContentHash, Arc<PublishedMask>>>);
-
-impl Masks {
-    async fn get(&self, state: &State, id: &ContentHash) -> Result<Option<Arc<PublishedMask>>, Refusal> {
-        if let Some(known) = self.0.read().expect("no holder panics").get(id) {
-            return Ok(Some(known.clone()));
-        }
-        let found = state.store.mask(id).await?.map(Arc::new);
-        if let Some(mask) = &found {
-            self.0.write().expect("no holder panics").insert(*id, mask.clone());
-        }
-        Ok(found)
-    }
-}
+use crate::{
+    auth::Caller,
+    refusal::Refusal,
+    state::{Shared, State},
+};
 
 /// Uploads of one sequence that wait for the disk together: they share transactions.
 pub const IN_FLIGHT: usize = 64;
@@ -129,7 +114,7 @@ pub struct Checked {
 /// Checks that an upload is its caller's to send, against its mask, and against what is known where uploads do not enrol.
 pub async fn check(shared: &Shared, caller: &Caller, upload: Upload) -> Result<Checked, Refusal> {
     caller.must_reach(upload.tail.as_str())?;
-    let Some(published) = shared.masks.get(&shared.state, &upload.mask_id).await? else {
+    let Some(published) = shared.masks.get(&shared.state.store, &upload.mask_id).await? else {
         let detail = format!("mask {} was never published: GET /v1/models names the masks", upload.mask_id);
         return Err(Invalid::one("#/mask_id", detail).into());
     };

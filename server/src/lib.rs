@@ -22,55 +22,33 @@ mod grpc;
 mod history;
 mod ingest;
 mod intake;
+mod limits;
 mod lines;
+mod masks;
 mod ndjson;
 mod outage;
 mod outgoing;
 mod page;
 mod parameters;
+mod path;
+mod problems;
 mod prometheus;
 mod refusal;
 mod rest;
 mod scoreboard;
+mod scorer;
 mod serve;
+mod state;
 mod tls;
-
-use std::{sync::Arc, time::Duration};
-
-use domain::Timestamp;
-use store::Store;
 
 pub use app::{endpoints, router};
 pub use auth::{Endpoint, HostName, NoHostName};
 pub use prometheus::{Metrics, NoRecorder};
 pub use rest::Probed;
-pub use scoreboard::Scorer;
+pub use scorer::Scorer;
 pub use serve::{serve, serve_probes, serve_tls};
+pub use state::{Clock, State};
 pub use tls::{Tls, TlsError, TlsFiles};
 
 /// Places for connections, unless another number was asked for.
 pub const MAX_CONNECTIONS: usize = 512;
-
-/// Tells the present.
-pub type Clock = Arc<dyn Fn() -> Timestamp + Send + Sync>;
-
-/// What the server serves from.
-#[derive(Clone)]
-pub struct State {
-    /// The database.
-    pub store: Store,
-    /// The present: of the machine, or of a simulated fleet.
-    pub clock: Clock,
-    /// Age of the newest data from which a prognosis is stale: unknown, not healthy.
-    pub stale_after: Duration,
-    /// Whether an upload enrols a tail, position or component that is not known yet.
-    pub enrol: bool,
-    /// The names by which the service is called where it asks who calls; none: by any.
-    pub hosts: Vec<HostName>,
-    /// Places for connections.
-    pub max_connections: usize,
-    /// Judges the forecasts of lives that have finished.
-    pub scorer: Arc<dyn Scorer>,
-    /// What is told on `/metrics`.
-    pub metrics: Metrics,
-}

@@ -3,10 +3,11 @@
 use axum::body::Bytes;
 use bytes::BytesMut;
 
-use crate::{intake::Intake, refusal::Refusal, rest::MAX_UPLOAD_BYTES};
-
-/// Largest body.
-const MAX_BODY_BYTES: usize = 16 << 20;
+use crate::{
+    intake::Intake,
+    limits::{MAX_BODY_BYTES, MAX_UPLOAD_BYTES},
+    refusal::Refusal,
+};
 
 /// One line, or why it could not be read.
 pub struct Line {

@@ -9,11 +9,11 @@ use futures_util::{StreamExt, stream};
 use proto::json::{self, LineResult, UploadBody, WarningItem};
 
 use crate::{
-    app::Shared,
     auth::{Caller, admitted},
     ingest::{IN_FLIGHT, Judged, Kept, Transport, check},
     intake::Intake,
     lines::{Line, Lines},
+    state::Shared,
 };
 
 /// The results of every line of `body`, one JSON object per line.

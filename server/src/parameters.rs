@@ -1,48 +1,17 @@
-//! Path and query parameters: refused by name, like the fields of a body.
-
-use std::collections::HashMap;
+//! Query parameters: refused by name, like the fields of a body.
 
 use axum::{
-    extract::{
-        FromRequestParts, Path, Query,
-        path::ErrorKind,
-        rejection::{PathRejection, QueryRejection},
-    },
+    extract::{FromRequestParts, Query, rejection::QueryRejection},
     http::request::Parts,
 };
 use proto::json::FieldError;
-use serde::de::{DeserializeOwned, value::MapDeserializer};
 
-use crate::refusal::Refusal;
+use crate::{
+    limits::{DEFAULT_LIMIT, MAX_HOURS, MAX_LIMIT, MAX_WITHIN},
+    refusal::Refusal,
+};
 
-const DEFAULT_LIMIT: u32 = 50;
-const MAX_LIMIT: u32 = 1000;
-const MAX_WITHIN: usize = 64;
-const MAX_HOURS: f64 = 1e6;
 const HOURS_RULE: &str = "flight hours, 0 to 1000000";
-
-/// Path parameters, each parsed to its noun.
-pub struct Named<T>(pub T);
-
-impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for Named<T> {
-    type Rejection = Refusal;
-
-    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refusal> {
-        let texts = Path::<HashMap<String, String>>::from_request_parts(parts, state).await;
-        let Path(texts) = texts.map_err(not_text)?;
-        let reader = MapDeserializer::<_, serde::de::value::Error>::new(texts.into_iter());
-        let parsed = serde_path_to_error::deserialize(reader);
-        parsed.map(Self).map_err(|error| Refusal::parameter(&error.path().to_string(), error.inner().to_string()))
-    }
-}
-
-fn not_text(rejection: PathRejection) -> Refusal {
-    let PathRejection::FailedToDeserializePathParams(failed) = rejection else { return Refusal::Internal };
-    match failed.into_kind() {
-        ErrorKind::InvalidUtf8InPathParam { key } => Refusal::parameter(&key, "is not UTF-8"),
-        other => Refusal::parameter("path", other.to_string()),
-    }
-}
 
 /// Query parameters as they came.
 pub struct Pairs(Vec<(String, String)>);

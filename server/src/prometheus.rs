@@ -3,32 +3,24 @@
 //! Crates record through the `metrics` facade under the names of [`metric`](mod@metric); here they are
 //! described, given buckets, and served. Labels never name a tail, a component or an operator.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use axum::{
-    extract::{MatchedPath, Request, State as Extract},
-    http::{Method, header::CONTENT_TYPE},
+    extract::{MatchedPath, Request},
+    http::Method,
     middleware::Next,
-    response::{IntoResponse, Response},
+    response::Response,
 };
 use metric::MetricKind;
-use metrics::{Unit, describe_counter, describe_gauge, describe_histogram, gauge, histogram};
+use metrics::{Unit, describe_counter, describe_gauge, describe_histogram, histogram};
 use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, PrometheusHandle};
-use tokio::time::timeout;
 use tonic::Code;
-
-use crate::Probed;
 
 /// Upper ends of the buckets of every duration, s.
 const BUCKETS_S: [f64; 15] =
     [0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0];
 /// Upper ends of the buckets of every number of things.
 const BUCKETS: [f64; 10] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
-/// A database that does not tell how much work waits by then is away.
-const TOLD_WITHIN: Duration = Duration::from_secs(2);
-/// The text format.
-const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
-
 /// The recorder of the process.
 #[derive(Clone)]
 pub struct Metrics(PrometheusHandle);
@@ -57,48 +49,15 @@ impl Metrics {
         Ok(Self(handle))
     }
 
+    /// What was recorded, in Prometheus' text format.
+    pub fn render(&self) -> String {
+        self.0.render()
+    }
+
     /// Sorts what was recorded since the last time into buckets; until then it takes memory.
     pub fn upkeep(&self) {
         self.0.run_upkeep();
     }
-}
-
-/// Figures of the process and of the work that waits.
-#[utoipa::path(
-    get, path = "/metrics", tag = "probes", operation_id = "metrics",
-    responses((status = 200, description = "Prometheus' text format", body = String, content_type = "text/plain"))
-)]
-pub async fn metrics(Extract(probed): Extract<Probed>) -> Response {
-    tell_work(&probed).await;
-    ([(CONTENT_TYPE, TEXT)], probed.metrics.0.render()).into_response()
-}
-
-/// Figures of the database, as they are now; NaN when it does not answer, so that nothing old looks fresh.
-async fn tell_work(probed: &Probed) {
-    let figures = timeout(TOLD_WITHIN, probed.store.work_figures()).await;
-    let [pending, oldest_s, set_aside, without_partition] = match figures {
-        Ok(Ok(figures)) => {
-            let waiting_h = figures.oldest_pending_since.map_or(0.0, |since| (probed.clock)().hours_since(since));
-            [
-                figures.pending as f64,
-                (3600.0 * waiting_h).max(0.0),
-                figures.set_aside as f64,
-                figures.without_partition as f64,
-            ]
-        }
-        Ok(Err(error)) => {
-            tracing::error!(%error, "the database does not tell how much work waits");
-            [f64::NAN; 4]
-        }
-        Err(_) => {
-            tracing::error!("the database does not tell in time how much work waits");
-            [f64::NAN; 4]
-        }
-    };
-    gauge!(metric::PENDING_UPLOADS.name).set(pending);
-    gauge!(metric::OLDEST_PENDING_SECONDS.name).set(oldest_s);
-    gauge!(metric::SET_ASIDE.name).set(set_aside);
-    gauge!(metric::UPLOADS_WITHOUT_PARTITION.name).set(without_partition);
 }
 
 /// Times a REST call or a page.

@@ -1,5 +1,7 @@
 //! What the server says when it does not do what it was asked: once, for both transports.
 
+mod unauthenticated;
+
 use std::time::Duration;
 
 use axum::{
@@ -21,7 +23,9 @@ use store::StoreError;
 use tonic::{Code, Status};
 use tonic_types::{ErrorDetails, FieldViolation, StatusExt};
 
-use crate::{auth::Unauthenticated, outage::Outage};
+pub use unauthenticated::Unauthenticated;
+
+use crate::outage::Outage;
 
 /// When to come back after an overload.
 const RETRY_AFTER_S: u64 = 1;

@@ -7,25 +7,20 @@ mod health;
 mod maintenance;
 mod models;
 mod probes;
-mod problems;
 mod scoreboard;
 mod sensor_configurations;
 mod tails;
 mod upload_status;
 mod uploads;
 
-use domain::{Component, OperatorId, PartNumber, Permission, Position, SerialNumber, TailNumber};
+use domain::Permission;
 use proto::json::Problem;
-use serde::Deserialize;
 use utoipa::OpenApi;
 use utoipa_axum::routes;
 
-use crate::{auth::Guarded, prometheus};
+use crate::auth::Guarded;
 
-pub use body::MAX_UPLOAD_BYTES;
-pub use due::threshold;
 pub use probes::{Probed, router as probes};
-pub use problems::refused;
 
 #[derive(OpenApi)]
 #[openapi(
@@ -67,35 +62,5 @@ pub fn router() -> Guarded {
         .public(routes!(probes::healthz))
         .public(routes!(probes::readyz))
         .public(routes!(probes::version))
-        .public(routes!(prometheus::metrics))
-}
-
-/// A tail in a path.
-#[derive(Deserialize)]
-pub struct Tail {
-    /// The tail.
-    pub tail: TailNumber,
-}
-
-/// A position of a tail in a path.
-#[derive(Deserialize)]
-pub struct Place {
-    /// The tail.
-    pub tail: TailNumber,
-    /// The position.
-    pub position: Position,
-}
-
-/// A component in a path.
-#[derive(Deserialize)]
-pub struct Unit {
-    part: PartNumber,
-    serial: SerialNumber,
-}
-
-impl Unit {
-    /// The component of an operator.
-    pub fn component(self, operator: &OperatorId) -> Component {
-        Component { operator: operator.clone(), part_number: self.part, serial_number: self.serial }
-    }
+        .public(routes!(probes::metrics))
 }

@@ -4,19 +4,12 @@ use domain::{ADVISORY, OperatorId, Scoreboard};
 use proto::json::ScoreboardBody;
 use store::IssuedLife;
 
-use crate::{State, refusal::Refusal};
+use crate::{refusal::Refusal, state::State};
 
 /// Of each life, one forecast in every stretch of so many flight hours is judged.
 const EVERY_FH: f64 = 200.0;
 /// Most lives that are judged, those that failed last.
 const MAX_LIVES: u32 = 500;
-
-/// Judges issued forecasts: the numerics that this shell does not have.
-pub trait Scorer: Send + Sync {
-    /// The metrics of the forecasts of finished lives, at least one; those at or after the failure of
-    /// their life are left out.
-    fn score(&self, lives: &[IssuedLife]) -> Scoreboard;
-}
 
 /// The scoreboard of an operator.
 pub async fn read(state: &State, operator: &OperatorId) -> Result<ScoreboardBody, Refusal> {

@@ -24,12 +24,13 @@ use tokio_util::sync::CancellationToken;
 use tower::ServiceExt;
 
 use crate::{
-    Metrics, Probed, State, app,
+    Metrics, Probed, app,
     auth::{ClientCertificate, Peer, is_probe},
     connections::{Connections, Place, Taken},
     outgoing::Outgoing,
     refusal::{Refusal, is_grpc},
     rest,
+    state::State,
     tls::{self, Tls},
 };
 

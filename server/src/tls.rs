@@ -3,6 +3,8 @@
 //! TLS 1.2 and 1.3; HTTP/2 or HTTP/1.1, as the client chooses. A client may show a certificate; one that is shown
 //! has to be good: of the client authority, neither expired nor revoked, and bound to an aircraft.
 
+mod bearer;
+
 use std::{
     fmt, fs, io,
     path::{Path, PathBuf},
@@ -24,7 +26,9 @@ use rustls::{
 };
 use tokio_rustls::TlsAcceptor;
 
-use crate::{Clock, auth::bearer};
+pub use bearer::bearer;
+
+use crate::state::Clock;
 
 /// What a client may speak, the best first.
 const PROTOCOLS: [&[u8]; 2] = [b"h2", b"http/1.1"];

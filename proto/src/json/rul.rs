@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use domain::{AsOf, FaultTrend, Propagation, RulDistribution};
+use domain::{FaultTrend, Propagation, RulDistribution};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{Doubt, ExplanationBody, LoadBody};
+use super::{AsOfBody, Doubt, ExplanationBody, LoadBody};
 
 /// How to read a prognosis now: the first that applies. Ordered from the worst to the best; unknown
 /// is worse than any forecast.
@@ -146,30 +146,6 @@ pub struct RulBody {
     pub set_aside_uploads: u64,
     /// What the numbers may be used for.
     pub advisory: String,
-}
-
-/// The newest observation that a result rests on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct AsOfBody {
-    /// The component's hours since new.
-    #[schema(example = 1234.5)]
-    pub flight_hours: f64,
-    /// When it was recorded.
-    #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
-    pub recorded_at: String,
-    /// Which upload it came with.
-    #[schema(example = "EC-MXA.AIL-L.000123")]
-    pub upload_id: String,
-}
-
-impl From<&AsOf> for AsOfBody {
-    fn from(as_of: &AsOf) -> Self {
-        Self {
-            flight_hours: as_of.flight_hours,
-            recorded_at: as_of.recorded_at.to_string(),
-            upload_id: as_of.upload_id.to_string(),
-        }
-    }
 }
 
 /// Mean and quantiles of remaining useful life, flight hours; a censored quantile is null.

@@ -8,8 +8,8 @@ use futures_util::{Stream, StreamExt, stream};
 use tokio::time::{Instant, MissedTickBehavior, interval_at};
 use tonic::{Request, Status};
 
-use super::{Credential, Gate, Unauthenticated};
-use crate::refusal::Refusal;
+use super::{Credential, Gate};
+use crate::refusal::{Refusal, Unauthenticated};
 
 /// How often it is seen whether the caller of a call under way is still admitted.
 const RECHECK: Duration = Duration::from_millis(250);

@@ -2,17 +2,14 @@
 
 use std::sync::{Arc, Mutex};
 
-use domain::{Actor, ContentHash, Principal, Scope, Timestamp};
+use domain::{Principal, Timestamp};
 use rustls::pki_types::CertificateDer;
-use webpki::EndEntityCert;
 
-use super::{Unauthenticated, gate::is_fresh};
-use crate::tls::{Tls, words};
-
-/// How the URI begins that binds a certificate to an operator.
-const OPERATOR: &str = "urn:actuary:operator:";
-/// What stands between the operator and the tail.
-const TAIL: &str = ":tail:";
+use super::freshness::is_fresh;
+use crate::{
+    refusal::Unauthenticated,
+    tls::{Tls, bearer, words},
+};
 
 /// The certificate of a connection, if the client showed one; an extension of every request.
 #[derive(Debug, Clone)]
@@ -45,15 +42,4 @@ impl ClientCertificate {
         }
         Ok(&self.principal)
     }
-}
-
-/// The aircraft that a certificate is for: exactly one URI `urn:actuary:operator:OPERATOR:tail:TAIL` among the
-/// subject's alternative names.
-pub fn bearer(certificate: &CertificateDer<'_>) -> Option<Principal> {
-    let parsed = EndEntityCert::try_from(certificate).ok()?;
-    let mut bindings = parsed.valid_uri_names().filter_map(|uri| uri.strip_prefix(OPERATOR));
-    let (operator, tail) = bindings.next().filter(|_| bindings.next().is_none())?.split_once(TAIL)?;
-    let (operator, tail) = (operator.parse().ok()?, tail.parse().ok()?);
-    let actor = Actor::Certificate(ContentHash::of(certificate));
-    Some(Principal { operator, scope: Scope::Aircraft(tail), actor })
 }

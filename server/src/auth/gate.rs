@@ -16,11 +16,12 @@ use std::{
 use domain::{Principal, Timestamp, Token, TokenId};
 use store::{Store, TokenRecord, TokenRefusal};
 
-use super::{Credential, Unauthenticated};
-use crate::{Clock, refusal::Refusal};
+use super::{Credential, freshness::is_fresh};
+use crate::{
+    refusal::{Refusal, Unauthenticated},
+    state::Clock,
+};
 
-/// For how long something that was read counts as known, microseconds.
-const FRESH_US: i64 = 500_000;
 /// So many tokens are remembered before those that have to be read again anyway are forgotten.
 const REMEMBERED: usize = 4096;
 
@@ -40,11 +41,6 @@ pub struct Gate {
 struct Known {
     record: TokenRecord,
     read_at: Timestamp,
-}
-
-/// Whether something that was read then is good now; a clock that was set back makes it stale.
-pub fn is_fresh(read_at: Timestamp, now: Timestamp) -> bool {
-    (0..FRESH_US).contains(&(now.micros() - read_at.micros()))
 }
 
 impl Gate {

@@ -12,7 +12,7 @@ use utoipa::openapi::{
 use utoipa_axum::router::{OpenApiRouter, UtoipaMethodRouter};
 
 use super::guard;
-use crate::{app::Shared, rest::refused};
+use crate::{problems::refused, state::Shared};
 
 /// A router that knows who may what.
 pub struct Guarded {

@@ -6,12 +6,13 @@ use tonic::{Request, Response, Status};
 
 use super::Service;
 use crate::{
-    State, answer,
+    answer,
     auth::Caller,
     due::{self, DueList, Threshold},
     history::{History, Range, View, history},
     parameters::{grpc_hours, grpc_limit, grpc_number, grpc_within},
     refusal::Refusal,
+    state::State,
 };
 
 #[tonic::async_trait]

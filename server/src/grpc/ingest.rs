@@ -13,10 +13,10 @@ use tonic::{Request, Response, Status, Streaming};
 
 use super::Service;
 use crate::{
-    app::Shared,
     auth::{Caller, admitted},
     ingest::{IN_FLIGHT, Judged, Kept, Transport, check, ingest},
     refusal::Refusal,
+    state::Shared,
 };
 
 #[tonic::async_trait]

@@ -15,12 +15,12 @@ use super::{
 };
 use crate::{
     answer,
-    app::Shared,
     auth::Caller,
     history,
-    parameters::{Named, Pairs},
+    parameters::Pairs,
+    path::{Named, Place},
     refusal::Refusal,
-    rest::Place,
+    state::Shared,
 };
 
 #[derive(Template)]

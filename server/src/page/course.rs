@@ -4,7 +4,7 @@ use domain::{Component, FaultModel, FaultTrend, State as Block, rul::QUANTILE_LE
 use store::{HistoryOf, LifeRecord};
 
 use super::chart::{Chart, Sample};
-use crate::{State, answer, refusal::Refusal};
+use crate::{answer, refusal::Refusal, state::State};
 
 /// Blocks on a chart: 20,000 flight hours.
 const MAX_BLOCKS: u32 = 1000;

@@ -16,7 +16,7 @@ use axum::{
 use serde::Deserialize;
 use utoipa_swagger_ui::Config;
 
-use crate::{parameters::Named, refusal::Refusal};
+use crate::{path::Named, refusal::Refusal};
 
 /// Everything comes from this service: the browser refuses the rest.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \

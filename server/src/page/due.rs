@@ -14,12 +14,11 @@ use super::{
     words::{Badge, grouped},
 };
 use crate::{
-    app::Shared,
     auth::Caller,
     due::{DueList, Threshold},
     parameters::Pairs,
     refusal::Refusal,
-    rest,
+    state::Shared,
 };
 
 /// Components on the page; the rest is told over REST.
@@ -73,7 +72,7 @@ pub async fn get(
 ) -> Result<Response, Refusal> {
     let now = (shared.state.clock)();
     let mut parameters = pairs.read(&["within_fh", "risk"]);
-    let threshold = rest::threshold(&mut parameters);
+    let threshold = Threshold::read(&mut parameters);
     if let Err(refusal) = parameters.finish() {
         let page = html(&DuePage::refused(now, refusal.to_string()))?;
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());

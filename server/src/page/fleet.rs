@@ -9,7 +9,7 @@ use super::{
     html,
     words::{Badge, grouped, hours},
 };
-use crate::{answer, app::Shared, auth::Caller, refusal::Refusal};
+use crate::{answer, auth::Caller, refusal::Refusal, state::Shared};
 
 /// Tails on the page; the rest is told over REST.
 const MAX_TAILS: u32 = 500;

@@ -12,7 +12,7 @@ use super::{
     html,
     words::{grouped, percent},
 };
-use crate::{app::Shared, auth::Caller, refusal::Refusal, scoreboard};
+use crate::{auth::Caller, refusal::Refusal, scoreboard, state::Shared};
 
 /// With fewer lives the figures say little yet.
 const FEW_LIVES: usize = 30;

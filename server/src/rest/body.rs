@@ -6,10 +6,7 @@ use axum::{
 };
 use bytes::BytesMut;
 
-use crate::{app::Shared, intake::Intake, refusal::Refusal};
-
-/// Largest body that is one JSON document.
-pub const MAX_UPLOAD_BYTES: usize = 256 << 10;
+use crate::{intake::Intake, limits::MAX_UPLOAD_BYTES, refusal::Refusal, state::Shared};
 
 /// One JSON document.
 pub const JSON: &str = "application/json";

@@ -8,8 +8,15 @@ use proto::json::{
 };
 use store::{ComponentRecord, Contradiction, EventRecord, Installation, LifeCursor, LifeRecord};
 
-use super::{Unit, maintenance, problems::Lookup};
-use crate::{answer, app::Shared, auth::Caller, parameters::Named, refusal::Refusal};
+use super::maintenance;
+use crate::{
+    answer,
+    auth::Caller,
+    path::{Named, Unit},
+    problems::Lookup,
+    refusal::Refusal,
+    state::Shared,
+};
 
 /// A component: where it was installed, its lives, and what maintenance found.
 #[utoipa::path(

@@ -11,14 +11,14 @@ use axum::{
 };
 use proto::json::{DueBody, DueItem};
 
-use super::problems::Listing;
 use crate::{
-    app::Shared,
     auth::Caller,
     csv,
-    due::{self, DueList, Place, Threshold},
-    parameters::{Pairs, Parameters},
+    due::{DueList, Place, Threshold},
+    parameters::Pairs,
+    problems::Listing,
     refusal::Refusal,
+    state::Shared,
 };
 
 const COLUMNS: [&str; 20] = [
@@ -75,7 +75,7 @@ pub async fn get(
     pairs: Pairs,
 ) -> Result<Response, Refusal> {
     let mut parameters = pairs.read(&["within_fh", "risk", "limit", "cursor", "format"]);
-    let threshold = threshold(&mut parameters);
+    let threshold = Threshold::read(&mut parameters);
     let asked = parameters.parsed("format", "json or csv", |text| match text {
         "json" => Some(false),
         "csv" => Some(true),
@@ -99,13 +99,6 @@ pub async fn get(
         (CONTENT_DISPOSITION, "attachment; filename=\"due.csv\""),
     ];
     Ok((described, table(&list.whole())).into_response())
-}
-
-/// What due means, from query parameters.
-pub fn threshold(parameters: &mut Parameters) -> Threshold {
-    let within_fh = parameters.number("within_fh", due::WITHIN_RULE, due::is_within);
-    let risk = parameters.number("risk", due::RISK_RULE, due::is_risk);
-    Threshold::new(within_fh, risk)
 }
 
 /// Whether a caller names `text/csv` and does not like `application/json` more.

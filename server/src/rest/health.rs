@@ -9,14 +9,15 @@ use domain::Component;
 use proto::json::{HealthItem, Page, StateItem};
 use utoipa::ToSchema;
 
-use super::{Place, Unit, problems::Lookup};
 use crate::{
     answer,
-    app::Shared,
     auth::Caller,
     history::{History, Range, View, history},
-    parameters::{Named, Pairs},
+    parameters::Pairs,
+    path::{Named, Place, Unit},
+    problems::Lookup,
     refusal::Refusal,
+    state::Shared,
 };
 
 /// A page of either view.

@@ -11,12 +11,15 @@ use proto::json::{self, EventItem, MaintenanceAck, MaintenanceBody, MaintenanceS
 use serde::Deserialize;
 use store::{EventReceipt, EventRecord};
 
-use super::{
-    Place,
-    body::{JSON, media_type, read},
+use super::body::{JSON, media_type, read};
+use crate::{
+    auth::Caller,
+    ingest::must_be_known,
+    path::{Named, Place},
     problems::{Lookup, Reporting},
+    refusal::Refusal,
+    state::{Shared, State},
 };
-use crate::{State, app::Shared, auth::Caller, ingest::must_be_known, parameters::Named, refusal::Refusal};
 
 /// An event at a position in a path.
 #[derive(Deserialize)]

@@ -5,8 +5,13 @@ use domain::ContentHash;
 use proto::json::{MaskBody, ModelItem, Page};
 use serde::Deserialize;
 
-use super::problems::{Listing, Lookup};
-use crate::{answer, app::Shared, parameters::Named, refusal::Refusal};
+use crate::{
+    answer,
+    path::Named,
+    problems::{Listing, Lookup},
+    refusal::Refusal,
+    state::Shared,
+};
 
 /// A bundle in a path.
 #[derive(Deserialize)]

@@ -5,18 +5,31 @@ use std::time::Duration;
 use axum::{
     Json, Router,
     extract::{FromRef, State as Extract},
+    http::header::CONTENT_TYPE,
+    response::{IntoResponse, Response},
     routing::get,
 };
+use metrics::gauge;
 use serde::Serialize;
 use store::{Store, StoreError};
 use tokio::time::timeout;
 use utoipa::ToSchema;
 
-use super::problems::Probing;
-use crate::{Clock, Metrics, answer::CODE_VERSION, app::Shared, prometheus, refusal::Refusal};
+use crate::{
+    answer::CODE_VERSION,
+    problems::Probing,
+    prometheus::Metrics,
+    refusal::Refusal,
+    state::{Clock, Shared},
+};
 
 /// A database that does not answer by then is away.
 const READY_WITHIN: Duration = Duration::from_secs(1);
+
+/// A database that does not tell how much work waits by then is away.
+const TOLD_WITHIN: Duration = Duration::from_secs(2);
+/// The text format.
+const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
 /// What the probes of a process tell of.
 #[derive(Clone)]
@@ -42,7 +55,7 @@ pub fn router(probed: Probed) -> Router {
         .route("/healthz", get(healthz))
         .route("/readyz", get(readyz))
         .route("/version", get(version))
-        .route("/metrics", get(prometheus::metrics))
+        .route("/metrics", get(metrics))
         .with_state(probed)
 }
 
@@ -111,4 +124,42 @@ async fn has_active_bundle(store: &Store) -> Result<bool, StoreError> {
 )]
 pub async fn version() -> Json<Version> {
     Json(Version { version: CODE_VERSION, numerics_version: domain::NUMERICS_VERSION })
+}
+
+/// Figures of the process and of the work that waits.
+#[utoipa::path(
+    get, path = "/metrics", tag = "probes", operation_id = "metrics",
+    responses((status = 200, description = "Prometheus' text format", body = String, content_type = "text/plain"))
+)]
+pub async fn metrics(Extract(probed): Extract<Probed>) -> Response {
+    tell_work(&probed).await;
+    ([(CONTENT_TYPE, TEXT)], probed.metrics.render()).into_response()
+}
+
+/// Figures of the database, as they are now; NaN when it does not answer, so that nothing old looks fresh.
+async fn tell_work(probed: &Probed) {
+    let figures = timeout(TOLD_WITHIN, probed.store.work_figures()).await;
+    let [pending, oldest_s, set_aside, without_partition] = match figures {
+        Ok(Ok(figures)) => {
+            let waiting_h = figures.oldest_pending_since.map_or(0.0, |since| (probed.clock)().hours_since(since));
+            [
+                figures.pending as f64,
+                (3600.0 * waiting_h).max(0.0),
+                figures.set_aside as f64,
+                figures.without_partition as f64,
+            ]
+        }
+        Ok(Err(error)) => {
+            tracing::error!(%error, "the database does not tell how much work waits");
+            [f64::NAN; 4]
+        }
+        Err(_) => {
+            tracing::error!("the database does not tell in time how much work waits");
+            [f64::NAN; 4]
+        }
+    };
+    gauge!(metric::PENDING_UPLOADS.name).set(pending);
+    gauge!(metric::OLDEST_PENDING_SECONDS.name).set(oldest_s);
+    gauge!(metric::SET_ASIDE.name).set(set_aside);
+    gauge!(metric::UPLOADS_WITHOUT_PARTITION.name).set(without_partition);
 }

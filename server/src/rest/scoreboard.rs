@@ -3,8 +3,7 @@
 use axum::{Json, extract::State as Extract};
 use proto::json::ScoreboardBody;
 
-use super::problems::Listing;
-use crate::{app::Shared, auth::Caller, parameters::Pairs, refusal::Refusal, scoreboard};
+use crate::{auth::Caller, parameters::Pairs, problems::Listing, refusal::Refusal, scoreboard, state::Shared};
 
 /// Prognostic metrics of the prognoses that were issued on lives that have finished since.
 ///

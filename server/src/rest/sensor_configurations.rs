@@ -12,12 +12,14 @@ use proto::json::{
 };
 use store::{Addition, TailConfiguration};
 
-use super::{
-    Tail,
-    body::{JSON, media_type, read},
+use super::body::{JSON, media_type, read};
+use crate::{
+    auth::Caller,
+    path::{Named, Tail},
     problems::{Dating, Lookup},
+    refusal::Refusal,
+    state::{Shared, State},
 };
-use crate::{State, app::Shared, auth::Caller, parameters::Named, refusal::Refusal};
 
 /// The sensor configurations of a tail, by the time from which they are in force.
 ///

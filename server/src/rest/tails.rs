@@ -3,16 +3,14 @@
 use axum::{Json, extract::State as Extract};
 use proto::json::{Page, RulBody, TailBody, TailItem};
 
-use super::{
-    Place, Tail,
-    problems::{Listing, Lookup},
-};
 use crate::{
     answer,
-    app::Shared,
     auth::Caller,
-    parameters::{Named, Pairs},
+    parameters::Pairs,
+    path::{Named, Place, Tail},
+    problems::{Listing, Lookup},
     refusal::Refusal,
+    state::Shared,
 };
 
 /// Tails in alphabetical order, each with its worst status and its lowest 10 % quantile.

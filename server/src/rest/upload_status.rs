@@ -9,18 +9,15 @@ use proto::json::{self, HealthItem, Page, RetryAck, RetryBody, UploadState, Uplo
 use serde::Deserialize;
 use store::{Released, Retrial, UploadRecord, UploadStateKind};
 
-use super::{
-    Tail,
-    body::{JSON, media_type, read as read_body},
-    problems::{Action, Listing, Lookup, Retrying},
-};
+use super::body::{JSON, media_type, read as read_body};
 use crate::{
-    State,
     answer::{fault_models, fault_names, next_cursor},
-    app::Shared,
     auth::Caller,
-    parameters::{Named, Pairs},
+    parameters::Pairs,
+    path::{Named, Tail},
+    problems::{Action, Listing, Lookup, Retrying},
     refusal::Refusal,
+    state::{Shared, State},
 };
 
 /// An upload in a path.

@@ -9,18 +9,15 @@ use axum::{
 use domain::{Invalid, TailNumber, Upload, json::without_mark};
 use proto::json::{self, Ingested, UploadAck, UploadBody, WarningItem};
 
-use super::{
-    Tail,
-    body::{JSON, NDJSON, media_type, read},
-    problems::Uploading,
-};
+use super::body::{JSON, NDJSON, media_type, read};
 use crate::{
-    app::Shared,
     auth::Caller,
     ingest::{Transport, ingest},
     ndjson,
-    parameters::Named,
+    path::{Named, Tail},
+    problems::Uploading,
     refusal::Refusal,
+    state::Shared,
 };
 
 /// Upload what one actuator measured, or many uploads, one per line.

@@ -10,7 +10,10 @@ use utoipa::{
     openapi::{ContentBuilder, Ref, RefOr, Response, ResponseBuilder},
 };
 
-use crate::{auth::Unauthenticated, refusal::Refusal};
+use crate::{
+    limits::MAX_UPLOAD_BYTES,
+    refusal::{Refusal, Unauthenticated},
+};
 
 type Responses = BTreeMap<String, RefOr<Response>>;
 
@@ -143,7 +146,7 @@ fn malformed(pointer: &str) -> Refusal {
 }
 
 fn too_large() -> Refusal {
-    Refusal::TooLarge { limit_bytes: super::MAX_UPLOAD_BYTES }
+    Refusal::TooLarge { limit_bytes: MAX_UPLOAD_BYTES }
 }
 
 fn other_type() -> Refusal {

@@ -1,0 +1,68 @@
+//! Path parameters: parsed to their nouns, or refused by name, like the fields of a body.
+
+use std::collections::HashMap;
+
+use axum::{
+    extract::{FromRequestParts, Path, path::ErrorKind, rejection::PathRejection},
+    http::request::Parts,
+};
+use domain::{Component, OperatorId, PartNumber, Position, SerialNumber, TailNumber};
+use serde::{
+    Deserialize,
+    de::{DeserializeOwned, value::MapDeserializer},
+};
+
+use crate::refusal::Refusal;
+
+/// Path parameters, each parsed to its noun.
+pub struct Named<T>(pub T);
+
+impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for Named<T> {
+    type Rejection = Refusal;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refusal> {
+        let texts = Path::<HashMap<String, String>>::from_request_parts(parts, state).await;
+        let Path(texts) = texts.map_err(not_text)?;
+        let reader = MapDeserializer::<_, serde::de::value::Error>::new(texts.into_iter());
+        let parsed = serde_path_to_error::deserialize(reader);
+        parsed.map(Self).map_err(|error| Refusal::parameter(&error.path().to_string(), error.inner().to_string()))
+    }
+}
+
+fn not_text(rejection: PathRejection) -> Refusal {
+    let PathRejection::FailedToDeserializePathParams(failed) = rejection else { return Refusal::Internal };
+    match failed.into_kind() {
+        ErrorKind::InvalidUtf8InPathParam { key } => Refusal::parameter(&key, "is not UTF-8"),
+        other => Refusal::parameter("path", other.to_string()),
+    }
+}
+
+/// A tail in a path.
+#[derive(Deserialize)]
+pub struct Tail {
+    /// The tail.
+    pub tail: TailNumber,
+}
+
+/// A position of a tail in a path.
+#[derive(Deserialize)]
+pub struct Place {
+    /// The tail.
+    pub tail: TailNumber,
+    /// The position.
+    pub position: Position,
+}
+
+/// A component in a path.
+#[derive(Deserialize)]
+pub struct Unit {
+    part: PartNumber,
+    serial: SerialNumber,
+}
+
+impl Unit {
+    /// The component of an operator.
+    pub fn component(self, operator: &OperatorId) -> Component {
+        Component { operator: operator.clone(), part_number: self.part, serial_number: self.serial }
+    }
+}

@@ -1,0 +1,67 @@
+//! What the server serves from: what it is given, and what its handlers share.
+
+use std::{ops::Deref, sync::Arc, time::Duration};
+
+use domain::Timestamp;
+use store::Store;
+use tokio::sync::Semaphore;
+use tokio_util::sync::CancellationToken;
+
+use crate::{auth::HostName, intake::Budget, masks::Masks, prometheus::Metrics, scorer::Scorer};
+
+/// Tells the present.
+pub type Clock = Arc<dyn Fn() -> Timestamp + Send + Sync>;
+
+/// What the server serves from.
+#[derive(Clone)]
+pub struct State {
+    /// The database.
+    pub store: Store,
+    /// The present: of the machine, or of a simulated fleet.
+    pub clock: Clock,
+    /// Age of the newest data from which a prognosis is stale: unknown, not healthy.
+    pub stale_after: Duration,
+    /// Whether an upload enrols a tail, position or component that is not known yet.
+    pub enrol: bool,
+    /// The names by which the service is called where it asks who calls; none: by any.
+    pub hosts: Vec<HostName>,
+    /// Places for connections.
+    pub max_connections: usize,
+    /// Judges the forecasts of lives that have finished.
+    pub scorer: Arc<dyn Scorer>,
+    /// What is told on `/metrics`.
+    pub metrics: Metrics,
+}
+
+/// What all handlers share.
+#[derive(Clone)]
+pub struct Shared(Arc<Context>);
+
+/// See [`Shared`].
+pub struct Context {
+    /// What is served from.
+    pub state: State,
+    /// The room for bodies that are still coming in.
+    pub budget: Budget,
+    /// Held while an item of a sequence is read: sequences take turns, so that however many come in at once, one of them at
+    /// a time keeps others from a thread.
+    pub turn: Semaphore,
+    /// Masks that were read before.
+    pub masks: Masks,
+    /// Cancelled when the service begins to stop: streams end then.
+    pub stopping: CancellationToken,
+}
+
+impl Shared {
+    /// What all handlers are to share.
+    pub fn new(context: Context) -> Self {
+        Self(Arc::new(context))
+    }
+}
+
+impl Deref for Shared {
+    type Target = Context;
+    fn deref(&self) -> &Context {
+        &self.0
+    }
+}
