@@ -94,7 +94,7 @@ impl FlightSettings {
 /// suffice, by airspeed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HingeTarget {
-    /// Where.
+    /// The hinge.
     pub position: HingePosition,
     /// Size of the moment, N m. What cannot be flown is approached as far as it goes.
     pub size_nm: f64,
@@ -114,9 +114,9 @@ pub enum GratingFailure {
 /// Hinge moments of one wing, N m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HingeMoments {
-    /// Of the flap, M_f.
+    /// The moment of the flap, M_f.
     pub flap_nm: f64,
-    /// Of the aileron, M_a.
+    /// The moment of the aileron, M_a.
     pub aileron_nm: f64,
 }
 

@@ -113,12 +113,12 @@ pub struct DriftWatch {
     down: f64,
 }
 
-/// Where a joint has gone.
+/// The way that a joint has gone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drift {
-    /// To more strain.
+    /// More strain.
     Up,
-    /// To less strain.
+    /// Less strain.
     Down,
 }
 

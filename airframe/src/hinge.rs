@@ -23,7 +23,7 @@ use crate::{
     wing::{Camber, ControlSurface},
 };
 
-/// Where hinge moments come from.
+/// The source of hinge moments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HingeModel {
     /// M = L c_a/2 with the surface's whole lift, carry-over included (Berri 2021, section 4.1.1).
@@ -72,7 +72,7 @@ pub struct ThinAirfoilHinge {
 }
 
 impl ThinAirfoilHinge {
-    /// Of a surface at the trailing edge of a section with this mean line.
+    /// The hinge of a surface at the trailing edge of a section with this mean line.
     pub fn new(surface: &ControlSurface, camber: &Camber) -> Self {
         let fraction = surface.chord_m / surface.wing_chord_m;
         let hinge = libm::acos(2.0 * fraction - 1.0);

@@ -58,7 +58,7 @@ pub struct LoadReading<'a> {
     pub strain: Option<&'a Strain>,
     /// Flight condition.
     pub air_data: Option<&'a AirData>,
-    /// When; without it no grating counts as newly bonded.
+    /// The time of the reading; without it no grating counts as newly bonded.
     pub recorded_at: Option<Timestamp>,
 }
 
@@ -250,7 +250,7 @@ struct Innovation {
 
 /// The grating that contradicts the others most.
 struct Worst {
-    /// Where it stands among the active ones.
+    /// Its place among the active ones.
     place: usize,
     /// abs(w).
     studentised: f64,

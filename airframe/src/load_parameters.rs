@@ -48,9 +48,9 @@ pub struct LoadParameters {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum GratingPlace {
-    /// On a stringer.
+    /// A place on a stringer.
     Stringer(String),
-    /// On a skin panel, 0-based.
+    /// A place on a skin panel, 0-based.
     Panel(usize),
 }
 
@@ -116,9 +116,9 @@ pub enum LoadParametersError {
     Grating {
         /// Which constant.
         name: &'static str,
-        /// In the file.
+        /// The value in the file.
         given: f64,
-        /// In use.
+        /// The value in use.
         expected: f64,
     },
 }

@@ -16,7 +16,7 @@ pub const SEA_LEVEL_DENSITY_KG_M3: f64 = 1.225;
 
 /// Densities that air has where aircraft fly, kg/m^3, with 10 % of error in the airspeed.
 const DENSITIES_KG_M3: std::ops::RangeInclusive<f64> = 0.05..=2.0;
-/// Below this dynamic pressure, by either figure, errors of the instruments are as large as what they measure, Pa.
+/// The dynamic pressure below which, by either figure, errors of the instruments are as large as what they measure, Pa.
 const SMALL_PRESSURE_PA: f64 = 100.0;
 
 /// Whether dynamic pressure and airspeed, where both are given, are of one air: q = rho V^2/2.

@@ -19,7 +19,7 @@ pub const STATIONS_M: [f64; TEMPERATURE_SENSORS] = [0.95, 2.15, 3.25, 4.25];
 pub enum Grating {
     /// Along the stringer of this name.
     Axial(&'static str),
-    /// At 45 degrees in this panel, where torsion shows.
+    /// A grating at 45 degrees in this panel, where torsion shows.
     Diagonal(usize),
 }
 
@@ -49,7 +49,7 @@ impl Layout {
 }
 
 impl Grating {
-    /// Where it is, in words.
+    /// Its place in words.
     pub fn place(self) -> String {
         match self {
             Grating::Axial(stringer) => stringer.to_owned(),

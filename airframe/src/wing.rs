@@ -65,7 +65,7 @@ pub struct ControlSurface {
     pub wing_chord_m: f64,
     /// Hinges, m from the plane of symmetry; each takes half of the surface's lift.
     pub hinges_m: [f64; 2],
-    /// Where the actuator holds the surface, m from the plane of symmetry.
+    /// The place where the actuator holds the surface, m from the plane of symmetry.
     pub actuator_m: f64,
 }
 

@@ -35,14 +35,14 @@ const CERTAIN: f64 = 4.0;
 pub struct Diagnoser {
     /// Names and nominal values of the faults.
     pub fault_model: FaultModel,
-    /// From samples to values of the map.
+    /// The reader that makes values of the map of samples.
     pub reader: MapReader,
     /// POD basis of that map, in units of k_nom.
     pub basis: PodBasis,
     /// What is taken as known of the coefficients before the samples.
     #[serde(default)]
     pub prior: Prior,
-    /// From coefficients to deviations from nominal.
+    /// The network that makes deviations from nominal of coefficients.
     pub mlp: Mlp,
     /// Error law with a load ratio per sample, or of the raw map.
     pub error_law: ErrorLaw,

@@ -21,7 +21,7 @@ const SMALLEST_VARIANCE: f64 = 1e-10;
 /// Weights of the three sources of error, one triple per fault.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ErrorLaw {
-    /// For each fault: [constant, sampling, proportional].
+    /// The weights of each fault: [constant, sampling, proportional].
     pub weights: Vec<[f64; 3]>,
 }
 

@@ -27,7 +27,7 @@ pub struct NormalEquations {
     pub gradient: Vec<f64>,
 }
 
-/// When to stop.
+/// The rule by which it stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StopRule {
     /// Accepted steps at most.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Measurement, TrainingMap};
 
-/// What a diagnosis is told of the load.
+/// The load as far as a diagnosis is told of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LoadInput {
@@ -38,7 +38,7 @@ impl SimulatedUpload {
         Self { samples, load_ratio, noise }
     }
 
-    /// As a diagnoser takes it.
+    /// The measurement as a diagnoser takes it.
     pub fn measurement(&self) -> Measurement<'_> {
         Measurement { samples: &self.samples, load_ratio: self.load_ratio.as_ref(), noise: Some(self.noise) }
     }

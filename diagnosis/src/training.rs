@@ -42,7 +42,7 @@ pub struct TrainingSet<'a> {
     pub calibration: &'a [TrainingMap],
 }
 
-/// How to train.
+/// The settings of a training.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrainingSettings {
     /// Which map to read.
@@ -124,7 +124,7 @@ pub enum TrainingError {
 
 /// Diagnoses at each noise from which an error law is fitted.
 const CALIBRATION_DIAGNOSES: usize = 3000;
-/// Below this a split leaves nothing to stop by.
+/// Number of maps below which a split leaves nothing to stop by.
 const LEAST_MAPS: usize = 20;
 
 /// What a random stream serves; every purpose and index has its own.

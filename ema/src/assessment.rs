@@ -236,7 +236,7 @@ fn unwrap_phase(curve: &mut [Response]) {
     }
 }
 
-/// Where a quantity first falls below zero between neighbours: their index and the share of the way.
+/// The place where a quantity first falls below zero between neighbours: their index and the share of the way.
 fn first_fall(curve: &[Response], value: impl Fn(&Response) -> f64) -> Option<(usize, f64)> {
     curve.windows(2).enumerate().find_map(|(i, pair)| {
         let (before, after) = (value(&pair[0]), value(&pair[1]));

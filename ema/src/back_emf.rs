@@ -103,7 +103,7 @@ impl MapAccumulator {
         }
     }
 
-    /// Is done as soon as every awaited bin has its passes.
+    /// Lets it be done as soon as every awaited bin has its passes.
     pub fn until(mut self, awaited: Awaited) -> Self {
         for &bin in awaited.bins {
             self.awaited[kept_bin(bin)] = true;

@@ -7,7 +7,7 @@
 
 use crate::{clip::clip, motor::Motor, shaft::Shaft};
 
-/// When the integral of the speed error stands still.
+/// The rule by which the integral of the speed error stands still.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AntiWindup {
     /// Never.

@@ -22,7 +22,7 @@ pub struct FailureWatch {
 }
 
 impl FailureWatch {
-    /// Of an actuator with these parameters of the assessment.
+    /// Begins to watch an actuator with these parameters of the assessment.
     pub fn new(parameters: &Parameters) -> Self {
         Self {
             parameters: parameters.clone(),

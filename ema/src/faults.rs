@@ -89,7 +89,7 @@ impl ElectricalFaults {
 impl TryFrom<&FaultVector> for ElectricalFaults {
     type Error = FaultError;
 
-    /// From k = (1-N_a, 1-N_b, 1-N_c, (1 + zeta cos phi)/2, (1 + zeta sin phi)/2) (Berri 2021, section 6.2).
+    /// Reads k = (1-N_a, 1-N_b, 1-N_c, (1 + zeta cos phi)/2, (1 + zeta sin phi)/2) (Berri 2021, section 6.2).
     fn try_from(faults: &FaultVector) -> Result<Self, FaultError> {
         let &[a, b, c, x, y] = faults.values() else {
             return Err(FaultError::Length(faults.values().len()));

@@ -43,7 +43,7 @@ impl HighFidelity {
     /// The integral of the speed loop stands still in saturation.
     pub const ANTI_WINDUP: AntiWindup = AntiWindup::Conditional;
 
-    /// Without current, all legs at ground.
+    /// A motor without current, all legs at ground.
     pub fn new(motor: &Motor, faults: &ElectricalFaults) -> Self {
         let healthy = faults.healthy();
         let inverse_inductance = healthy.map(|n| 1.0 / (n * n * motor.phase_inductance_h()));

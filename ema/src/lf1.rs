@@ -57,7 +57,7 @@ impl LowFidelity1 {
     /// The integral of the speed loop is never stopped.
     pub const ANTI_WINDUP: AntiWindup = AntiWindup::None;
 
-    /// Without current.
+    /// A motor without current.
     pub fn new(motor: &Motor, faults: &ElectricalFaults, form: Form) -> Self {
         let in_bin = match form {
             Form::Pair => PairInBin::sum,

@@ -64,7 +64,7 @@ impl Faults {
 impl TryFrom<&FaultVector> for Faults {
     type Error = InvalidFaults;
 
-    /// From five (electrical) or eight entries (then friction, backlash, gain), each in [0, 1].
+    /// Reads five (electrical) or eight entries (then friction, backlash, gain), each in [0, 1].
     fn try_from(faults: &FaultVector) -> Result<Self, InvalidFaults> {
         let k = faults.values();
         if let Some((index, &value)) = k.iter().enumerate().find(|(_, value)| !(0.0..=1.0).contains(*value)) {
@@ -267,7 +267,7 @@ pub struct Lanes<const N: usize> {
 }
 
 impl<const N: usize> Lanes<N> {
-    /// At rest at electrical and output angle zero.
+    /// Actuators at rest at electrical and output angle zero.
     pub fn at_rest() -> Self {
         let zero = [0.0; N];
         Self {

@@ -135,7 +135,7 @@ pub(crate) struct Tick {
 }
 
 impl<'a> Ticks<'a> {
-    /// From time zero; `noise_a` is the standard deviation of the noise on the current reference.
+    /// The ticks from time zero; `noise_a` is the standard deviation of the noise on the current reference.
     pub fn new(manoeuvre: &'a Manoeuvre, noise_a: f64) -> Self {
         let knot = |index| Knot::of(manoeuvre, index);
         let noise = Stream::new(manoeuvre.noise_seed, &["current reference noise"]);

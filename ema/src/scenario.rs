@@ -107,9 +107,9 @@ pub(crate) struct Course {
     pub noise: f64,
     /// Damage grows with this power of itself.
     pub exponent: f64,
-    /// When the dominant fault wakes up; `None` when it never slept.
+    /// The time at which the dominant fault wakes up; `None` when it never slept.
     pub onset_fh: Option<f64>,
-    /// When the dominant fault is repaired.
+    /// The time at which the dominant fault is repaired.
     pub repair_fh: Option<f64>,
     /// Drift of the diagnosis, 1/h.
     pub drift_per_h: [f64; FAULTS],

@@ -21,7 +21,7 @@ pub const STEP_FH: f64 = 2.0;
 /// Process noise, 1/sqrt(h).
 const PROCESS_NOISE: f64 = 2.5e-4;
 
-/// What a dimensionless temperature means.
+/// The meaning of a dimensionless temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TemperatureScale {
     /// The temperature that is 0, degrees Celsius.
@@ -30,10 +30,10 @@ pub struct TemperatureScale {
     pub scale_k: f64,
 }
 
-/// Of the ambient temperature that drives wear.
+/// The scale of the ambient temperature that drives wear.
 pub const AMBIENT_TEMPERATURE: TemperatureScale = TemperatureScale { zero_c: 15.0, scale_k: 20.0 };
 
-/// What drives wear from outside, dimensionless: load about 1, temperature about 0.
+/// Load and temperature that drive wear from outside, dimensionless: load about 1, temperature about 0.
 #[derive(Debug, Clone)]
 pub struct Environment {
     stream: Stream,
@@ -45,7 +45,7 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Of one life, from its beginning.
+    /// The surroundings of one life, from its beginning.
     pub fn new(mut stream: Stream) -> Self {
         let mean_load = 1.0 + 0.15 * stream.normal();
         let season_rad = std::f64::consts::TAU * stream.uniform();

@@ -10,7 +10,7 @@ use numerics::Stream;
 /// Entries of the fault vector: three shorts and the two axes of the eccentricity.
 pub const FAULTS: usize = 5;
 
-/// Whether growth stays the same all life.
+/// The kind of growth: the same all life, or not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Regime {
     /// g = 1.
@@ -29,7 +29,7 @@ impl Regime {
     }
 }
 
-/// How one life wears; 1/h.
+/// The law by which one life wears; 1/h.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearLaw {
     /// A.

@@ -28,7 +28,7 @@ pub const LEVELS: [f64; 21] = [
     0.025, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45, 0.50, 0.55, 0.60, 0.65, 0.70, 0.75, 0.80, 0.85, 0.90,
     0.95, 0.975,
 ];
-/// Where the median is in [`LEVELS`].
+/// The place of the median in [`LEVELS`].
 const MEDIAN: usize = 10;
 /// True remaining lives at which the error of the median is judged, flight hours.
 pub const JUDGED_RULS_FH: [f64; 3] = [3000.0, 1500.0, 500.0];
@@ -48,7 +48,7 @@ pub struct Run {
     pub id: String,
     /// Its observations, in order, at least one.
     pub observations: Vec<Observation>,
-    /// When it failed, hours since the start of the life, where known.
+    /// The time of its failure, hours since the start of the life, where known.
     pub failure_fh: Option<f64>,
 }
 
@@ -57,7 +57,7 @@ pub struct Run {
 pub struct ReplaySettings {
     /// Time between predictions, flight hours.
     pub every_fh: f64,
-    /// Of each prediction.
+    /// The settings of each prediction.
     pub prediction: PredictionSettings,
     /// Seed of the draws.
     pub seed: u64,
@@ -66,7 +66,7 @@ pub struct ReplaySettings {
 /// What one estimator made of one run; empty for a run that it could not follow.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Replay {
-    /// At every multiple of the time between predictions from the first observation to the last.
+    /// Its predictions at every multiple of the time between them from the first observation to the last.
     pub predictions: Vec<RulSummary>,
     /// Its scores, where the failure is known.
     pub score: Option<RunScore>,
@@ -75,13 +75,13 @@ pub struct Replay {
 /// One prediction, reduced to what is kept.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RulSummary {
-    /// When it was made, hours since the start of the life.
+    /// The time that it was made at, hours since the start of the life.
     pub t_fh: f64,
     /// E[min(RUL, horizon)].
     pub mean_fh: f64,
     /// Share of the draws beyond the horizon.
     pub censored_fraction: f64,
-    /// At [`LEVELS`]; `None` is censored.
+    /// The quantiles at [`LEVELS`]; `None` is censored.
     pub quantiles_fh: [Option<f64>; 21],
     /// Whether the estimator advised not to trust it.
     pub doubted: bool,
@@ -90,7 +90,7 @@ pub struct RulSummary {
 /// The scores of one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunScore {
-    /// Of each prediction before the failure.
+    /// The scores of each prediction before the failure.
     pub predictions: Vec<PredictionScore>,
     /// At each of [`JUDGED_RULS_FH`] that the run lived long enough for: relative error of the median,
     /// infinite when it is censored.
@@ -152,7 +152,7 @@ pub fn replay(run: &Run, estimator: &dyn Estimator, settings: &ReplaySettings) -
     Replay { predictions: summaries.collect(), score }
 }
 
-/// When the run has one of [`JUDGED_RULS_FH`] left.
+/// The times at which the run has one of [`JUDGED_RULS_FH`] left.
 fn judged_times(run: &Run) -> Vec<(f64, Option<usize>)> {
     let at = |(which, rul_fh): (usize, &f64)| Some((run.failure_fh? - rul_fh, Some(which)));
     let times = JUDGED_RULS_FH.iter().enumerate().filter_map(at);

@@ -18,7 +18,7 @@ pub struct Axis<'a> {
     pub end: f64,
 }
 
-/// Where five quantiles lie: whiskers, box and median.
+/// The places of five quantiles: whiskers, box and median.
 pub type Quantiles = [f64; 5];
 
 /// A chart under construction. What lies beyond its frame is cut off.
@@ -38,7 +38,7 @@ impl<'a> Chart<'a> {
         Self { x, y, size, categories: Vec::new(), marks: String::new() }
     }
 
-    /// With names at 0, 1, 2 ... of the horizontal axis; they are without markup.
+    /// Puts names at 0, 1, 2 ... of the horizontal axis; they are without markup.
     pub fn with_categories(self, categories: Vec<String>) -> Self {
         Self { categories, ..self }
     }
@@ -188,7 +188,7 @@ pub fn round_step(rough: f64) -> f64 {
     steps.into_iter().find(|step| *step >= rough).unwrap_or(10.0 * power)
 }
 
-/// With a true minus sign.
+/// The text of a tick, with a true minus sign.
 fn written(tick: f64) -> String {
     if tick < 0.0 { format!("\u{2212}{}", -tick) } else { tick.to_string() }
 }

@@ -10,11 +10,11 @@ use crate::{
     backtest::{Replay, ReplaySettings, RunScore, replay},
 };
 
-/// What is judged. Only the oracle is told the law of a run.
+/// An estimator that is judged. Only the oracle is told the law of a run.
 pub enum Contestant<'a> {
-    /// Knows what earlier lives have taught.
+    /// An estimator that knows what earlier lives have taught.
     Estimator(Box<dyn Estimator + 'a>),
-    /// Is told the law of each life as well.
+    /// An estimator that is told the law of each life as well.
     Oracle(&'a Knowledge),
 }
 

@@ -13,9 +13,9 @@ const NEAR_FH: f64 = 100.0;
 /// What was issued in one finished life.
 #[derive(Debug, Clone, Copy)]
 pub struct IssuedForecasts<'a> {
-    /// When it failed, hours since new.
+    /// The time of its failure, hours since new.
     pub failure_fh: f64,
-    /// In the order of the life.
+    /// The forecasts, in the order of the life.
     pub prognoses: &'a [Prognosis],
 }
 

@@ -21,7 +21,7 @@ pub struct Metrics {
     pub settings: Settings,
     /// Runs predicted, and those of known failure.
     pub runs: Runs,
-    /// By name, in the order asked for.
+    /// The judgements by name, in the order asked for.
     #[serde(serialize_with = "by_name")]
     pub estimators: Vec<Judgement>,
 }
@@ -58,9 +58,9 @@ pub struct Settings {
 pub struct Runs {
     /// Predicted.
     pub predicted: usize,
-    /// Of known failure.
+    /// Runs of known failure.
     pub judged: usize,
-    /// Of those, the ones that the oracle was told the law of; `None` without an oracle.
+    /// Those of them that the oracle was told the law of; `None` without an oracle.
     pub judged_by_oracle: Option<usize>,
 }
 
@@ -127,21 +127,21 @@ impl Doubts {
 /// Bootstrap intervals over runs.
 #[derive(Debug, Serialize)]
 pub struct Intervals {
-    /// Of the mean score, flight hours.
+    /// The interval of the mean score, flight hours.
     pub crps_fh: Option<Interval>,
-    /// Of the coverage of the central 80 % intervals.
+    /// That of the coverage of the central 80 % intervals.
     pub coverage_80: Option<Interval>,
-    /// Of the central 95 % ones.
+    /// The same of the central 95 % ones.
     pub coverage_95: Option<Interval>,
-    /// Of the central 80 % intervals within the last 1,000 h.
+    /// The same of the central 80 % intervals within the last 1,000 h.
     pub coverage_80_below_1000_fh: Option<Interval>,
-    /// Of the central 95 % ones.
+    /// The same of the central 95 % ones.
     pub coverage_95_below_1000_fh: Option<Interval>,
-    /// Of the errors of the median at given true remaining lives.
+    /// The intervals of the errors of the median at given true remaining lives.
     pub at_rul: Vec<Option<Interval>>,
-    /// Of the median horizon when the criterion is first met, flight hours.
+    /// The interval of the median horizon when the criterion is first met, flight hours.
     pub horizon_fh: Option<Interval>,
-    /// Of the median horizon from which on the median stays within a tenth of the life of the truth, flight hours.
+    /// That of the median horizon from which on the median stays within a tenth of the life of the truth, flight hours.
     pub sustained_life_horizon_fh: Option<Interval>,
 }
 
@@ -165,7 +165,7 @@ impl Intervals {
 }
 
 impl Metrics {
-    /// Of everything judged.
+    /// Judges everything.
     pub fn new(settings: &ReplaySettings, judged: &Judged) -> Self {
         let knowledge = judged.knowledge;
         let error = knowledge.prior.failure_time_error;
@@ -259,7 +259,7 @@ fn against(ours: &Replays, theirs: &Replays, runs: &[usize]) -> Option<Compariso
     Comparison::of(&ours, &theirs, &BootstrapSettings::default())
 }
 
-/// Of what is neither climatology nor oracle.
+/// The gap that an estimator closes which is neither climatology nor oracle.
 fn oracle_gap(ours: &Replays, judged: &Judged, runs: &[usize]) -> Option<OracleGap> {
     let (climatology, oracle) = (judged.of("climatology")?, judged.of(Oracle::NAME)?);
     if [climatology.estimator, oracle.estimator].contains(&ours.estimator) {

@@ -74,7 +74,7 @@ pub fn fraction_within(draws: &[Option<f64>], alpha: f64, truth_fh: f64) -> f64 
 /// One forecast in a series over a life.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
-    /// When it was made, hours since the start of the life.
+    /// The time that it was made at, hours since the start of the life.
     pub t_fh: f64,
     /// Draws of remaining life.
     pub draws: Vec<Option<f64>>,
@@ -116,7 +116,7 @@ pub struct Horizon {
 }
 
 impl Horizon {
-    /// Of the predictions before failure, in order of time, and what counts as good.
+    /// The horizon of the predictions before failure, in order of time, by what counts as good.
     pub fn of(predictions: &[Prediction], failure_fh: f64, good: impl Fn(&Prediction) -> bool) -> Self {
         let mut horizon = Self::default();
         for prediction in predictions.iter().filter(|prediction| prediction.t_fh < failure_fh) {

@@ -162,7 +162,7 @@ pub struct Model {
     pub(crate) bundle: Bundle,
     pub(crate) hash: ContentHash,
     pub(crate) prior: Arc<Prior>,
-    /// By the bundle's own sensor configuration.
+    /// The load estimator of the bundle's own sensor configuration.
     pub(crate) load_estimator: Option<LoadEstimator>,
     factors: HashMap<ContentHash, Factors>,
 }

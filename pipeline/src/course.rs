@@ -29,9 +29,9 @@ pub struct Course {
     pub(crate) blocks: Vec<Block>,
     /// What lies between the last closed block and those of no block yet, where that is a gap, and what those say.
     pub(crate) gap: Option<(Gap, Block)>,
-    /// Of bundle, prior, life and every observation up to the end of each block.
+    /// Digests of bundle, prior, life and every observation up to the end of each block.
     pub(crate) digests: Vec<ContentHash>,
-    /// Of the same and of what no block has closed over yet.
+    /// The digest of the same and of what no block has closed over yet.
     pub(crate) inputs_digest: ContentHash,
 }
 
@@ -106,7 +106,7 @@ impl Course {
     }
 }
 
-/// Between the observations of closed blocks and those from `open` on, if there is one.
+/// The gap between the observations of closed blocks and those from `open` on, if there is one.
 fn gap(usable: &[Estimate], open: usize) -> Option<Gap> {
     let (last, next) = (usable[..open].last()?, usable.get(open)?);
     let observations = usable.len() - open;
@@ -151,7 +151,7 @@ impl Unusable {
     }
 }
 
-/// Of estimates of the same measurement, given in the order of the life, all but the first.
+/// All but the first of the estimates of the same measurement, given in the order of the life.
 fn repeated_measurements(estimates: &[Estimate]) -> Vec<SetAside> {
     let mut first: HashMap<_, &UploadId> = HashMap::new();
     let mut repeated = Vec::new();

@@ -81,7 +81,7 @@ pub enum DatasetError {
     Value {
         /// What it is.
         what: &'static str,
-        /// Of which map.
+        /// The map.
         index: usize,
         /// The value.
         value: f64,

@@ -15,7 +15,7 @@ pub struct PastLife {
     pub estimates: Vec<Estimate>,
     /// The component's hours since new at which it began.
     pub began_fh: f64,
-    /// When it was found failed, hours since new.
+    /// The hours since new at which it was found failed.
     pub failure_fh: f64,
 }
 

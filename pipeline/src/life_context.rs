@@ -4,7 +4,7 @@ use domain::Life;
 
 use crate::Prior;
 
-/// Whose estimates these are, and by what they are judged.
+/// The life that estimates belong to, and what they are judged by.
 #[derive(Debug, Clone, Copy)]
 pub struct LifeContext<'a> {
     /// The life.

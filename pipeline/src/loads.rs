@@ -19,7 +19,7 @@ const ENVELOPE_FLIGHTS: u64 = 500;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadModel {
-    /// Of tails that have none of their own.
+    /// The sensors of tails that have none of their own.
     pub sensor_configuration: SensorConfiguration,
     /// The flight conditions to expect of an upload without air data.
     pub envelope: FlightEnvelope,

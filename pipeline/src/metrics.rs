@@ -24,11 +24,11 @@ pub struct DiagnosisMetrics {
     /// Condition number of the Gappy matrix over the first mask; the figures below are measured there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition_number: Option<f64>,
-    /// With the load ratio of every sample.
+    /// Figures with the load ratio of every sample.
     pub load_ratio_per_sample: Validation,
-    /// With the mean load ratio of the map.
+    /// Figures with the mean load ratio of the map.
     pub mean_load_ratio: Validation,
-    /// Without load ratio. A chain of the raw map reads none: then all three figures are these.
+    /// Figures without load ratio. A chain of the raw map reads none: then all three figures are these.
     pub no_load_ratio: Validation,
 }
 

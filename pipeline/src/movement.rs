@@ -18,11 +18,11 @@ use crate::{Course, LifeContext, Model};
 const DRAWS: usize = 200;
 const BATCHES: usize = 8;
 
-/// From one closed block to the next.
+/// The step from one closed block to the next.
 pub(crate) struct Step<'a> {
-    /// Of the life.
+    /// The course of the life.
     pub course: &'a Course,
-    /// Which block is the next.
+    /// The index of the next block.
     pub index: usize,
     /// What was known before it.
     pub before: &'a Posterior,
@@ -73,7 +73,7 @@ fn moved(before_fh: &[Option<f64>], after_fh: &[Option<f64>], passed_fh: f64) ->
     Some(median(after_fh)? + passed_fh - median(before_fh)?)
 }
 
-/// Of the change, from that within each batch; `None` where a batch has none.
+/// Standard error of the change, from that within each batch; `None` where a batch has none.
 fn standard_error(before_fh: &[Option<f64>], after_fh: &[Option<f64>]) -> Option<f64> {
     let size = DRAWS / BATCHES;
     let batches = before_fh.chunks_exact(size).zip(after_fh.chunks_exact(size));

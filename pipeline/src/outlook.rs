@@ -45,7 +45,7 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// From what [`Filter::to_bytes`] wrote; `None` if it was not of a life under this bundle and prior.
+    /// Reads what [`Filter::to_bytes`] wrote; `None` if it was not of a life under this bundle and prior.
     pub fn restore(model: &Model, prior: &Prior, block: u64, digest: ContentHash, bytes: &[u8]) -> Option<Self> {
         let filter = Filter::from_bytes(&model.bundle.faults, &prior.body, bytes).ok()?;
         Some(Self { block, digest, filter })
@@ -59,7 +59,8 @@ pub struct Outlook {
     pub states_from: Option<u64>,
     /// New states.
     pub states: Vec<State>,
-    /// For the newest data; `None` for a life without estimates, and where newer data wait and no state is new.
+    /// The prognosis for the newest data; `None` for a life without estimates, and where newer data wait and no state
+    /// is new.
     pub prognosis: Option<Prognosis>,
     /// The estimates that neither rests on, with the reason for each.
     pub excluded: Vec<SetAside>,
@@ -75,9 +76,9 @@ pub enum OutlookError {
     /// An intermediate was not finite.
     #[error("the {what} of block {block} is {value}")]
     NotFinite {
-        /// Which figure.
+        /// The figure.
         what: &'static str,
-        /// Of which block.
+        /// The block.
         block: u64,
         /// Its value.
         value: f64,
@@ -88,8 +89,8 @@ impl Model {
     /// States and prognosis of a life.
     ///
     /// `known` are its stored states, by block; `recalled` is one of the filters that
-    /// [`Course::recallable`] asks for, or none. Where newer data of the life wait already (`superseded`), a forecast that
-    /// would differ from the last one by an open block only is left to them.
+    /// [`Course::recallable`] asks for, or none. Where newer data of the life wait already (`superseded`), a forecast
+    /// that would differ from the last one by an open block only is left to them.
     pub fn outlook(
         &self,
         context: &LifeContext,

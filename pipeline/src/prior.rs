@@ -13,7 +13,7 @@ pub struct Prior {
 }
 
 impl Prior {
-    /// Under the name that its content gives it.
+    /// Names a prior by its content.
     pub fn new(body: FleetPrior) -> Self {
         Self { hash: ContentHash::of_json(&body), body }
     }

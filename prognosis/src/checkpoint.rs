@@ -26,19 +26,19 @@ const DIGEST: usize = 32;
 /// Bytes that are no checkpoint of this filter.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CheckpointError {
-    /// Of another version, or nothing at all.
+    /// Bytes of another version, or none at all.
     #[error("a checkpoint of version {found:?}, not {VERSION}")]
     Version {
         /// What there is.
         found: Option<u8>,
     },
-    /// Not as it was written.
+    /// Bytes that are not as they were written.
     #[error("{bytes} bytes of a checkpoint do not agree with their digest")]
     Damaged {
         /// How many there are.
         bytes: usize,
     },
-    /// Of another model or prior.
+    /// A checkpoint of another model or prior.
     #[error("sizes of a checkpoint are {found:?} where model and prior have {expected:?}")]
     Other {
         /// Numbers of the consistency, particles, and numbers in the tracks of each, of this model and prior.
@@ -147,7 +147,7 @@ struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    /// Between version and digest of a checkpoint, both of which are right.
+    /// The words between version and digest of a checkpoint, both of which are right.
     fn of(bytes: &'a [u8]) -> Result<Self, CheckpointError> {
         let found = bytes.first().copied();
         if found != Some(VERSION) {

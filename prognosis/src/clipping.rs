@@ -10,7 +10,7 @@
 use numerics::normal;
 use serde::{Deserialize, Serialize};
 
-/// How clipped observations are understood.
+/// The understanding of clipped observations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ClippedMean {
@@ -38,7 +38,7 @@ impl ClippedMean {
         *self == Self::default()
     }
 
-    /// At a deviation `x` with a standard deviation `sigma` of a single observation.
+    /// The mean that is expected at a deviation `x` with a standard deviation `sigma` of a single observation.
     pub fn at(self, x: f64, sigma: f64) -> Expected {
         match self {
             Self::Normal => {

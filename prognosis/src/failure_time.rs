@@ -25,7 +25,7 @@ use crate::{
 
 /// Forecasts are judged from this mean remaining life on, flight hours.
 const LATE_FH: f64 = 400.0;
-/// So often, flight hours.
+/// Time between looks at a life, flight hours.
 const EVERY_FH: f64 = 60.0;
 /// Draws and horizon of each forecast.
 const SETTINGS: ForecastSettings = ForecastSettings { draws: Draws::fixed(200), horizon_fh: 10_000.0, step_fh: 80.0 };
@@ -33,7 +33,7 @@ const SETTINGS: ForecastSettings = ForecastSettings { draws: Draws::fixed(200), 
 const MIN_LIVES: usize = 10;
 /// Probability that a failure has nothing to do with its forecast; then it is anywhere within the horizon.
 const BACKGROUND: f64 = 0.02;
-/// Where expectation maximisation starts, and its rounds.
+/// The start of expectation maximisation, and its rounds.
 const START: FailureTimeError = FailureTimeError { offset_fh: 0.0, sd_fh: 60.0 };
 const ROUNDS: usize = 100;
 /// Least standard deviation, flight hours: the resolution of forecasts is no better.
@@ -44,7 +44,7 @@ const MIN_SD_FH: f64 = 10.0;
 pub struct FinishedLife {
     /// Its observations, in order.
     pub observations: Vec<Observation>,
-    /// When the assessment first said faulty, hours since the start of the life.
+    /// The time at which the assessment first said faulty, hours since the start of the life.
     pub failure_fh: f64,
 }
 

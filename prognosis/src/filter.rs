@@ -33,7 +33,7 @@ use crate::{
     prior::FleetPrior,
 };
 
-/// Of all random numbers.
+/// Seed of all random numbers.
 const SEED: u64 = 0;
 
 /// The state of the filter.
@@ -50,12 +50,12 @@ pub struct Filter {
     pub(crate) observations: usize,
     /// The first stands for constant growth, all others for growth that changes.
     pub(crate) particles: Vec<Particle>,
-    /// Where the prior knows limits.
+    /// The consistency of the life, where the prior knows limits.
     pub(crate) consistency: Option<Consistency>,
 }
 
 impl Filter {
-    /// At the start of a life of a component with these faults.
+    /// A filter at the start of a life of a component with these faults.
     pub fn new(model: &FaultModel, prior: &FleetPrior) -> Self {
         let modes: Vec<Mode> = model.groups.iter().map(|group| Mode::new(group, prior.of(group))).collect();
         let growth_changes = prior.growth_changes.filter(|changes| changes.probability > 0.0);
@@ -78,7 +78,7 @@ impl Filter {
         Self { t_fh: began_fh, ..self }
     }
 
-    /// As it would be after the next block, if that ended here.
+    /// The filter as it would be after the next block, if that ended here.
     pub fn with(&self, block: &Block) -> Self {
         let mut filter = self.clone();
         filter.update(block);

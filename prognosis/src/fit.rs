@@ -34,7 +34,7 @@ const GROWTH_CHANGE_ROUNDS: usize = 3;
 pub struct FitSettings {
     /// Rounds of expectation and maximisation.
     pub rounds: usize,
-    /// As how many lives the first guess counts: the more, the nearer to it stays a prior that is
+    /// Number of lives that the first guess counts as: the more, the nearer to it stays a prior that is
     /// learned from few. Zero where the guess is a mere start. Finite.
     pub parent_lives: f64,
 }
@@ -122,7 +122,7 @@ struct Summary {
     pair: Kind,
 }
 
-/// Of the groups of one kind.
+/// What was learned of the groups of one kind.
 #[derive(Debug, Clone, Default)]
 struct Kind {
     groups: f64,

@@ -86,14 +86,14 @@ pub struct ChangesToCome {
 }
 
 impl ChangesToCome {
-    /// From now on, by random numbers of their own.
+    /// The changes from now on, by random numbers of their own.
     pub fn new(law: GrowthChanges, stream: &Stream) -> Self {
         let mut stream = stream.substream(0);
         let next_fh = law.wait_fh(&mut stream);
         Self { law, stream, next_fh }
     }
 
-    /// When the next one comes, hours from now.
+    /// The time at which the next one comes, hours from now.
     pub fn next_fh(&self) -> f64 {
         self.next_fh
     }

@@ -18,7 +18,7 @@ use crate::{
     prior::FleetPrior,
 };
 
-/// As how many lives the parent counts.
+/// Number of lives that the parent counts as.
 const PARENT_LIVES: f64 = 5.0;
 /// Rounds of expectation and maximisation: how fast faults grow is seen slowly, by few faults of each life.
 const ROUNDS: usize = 12;

@@ -23,7 +23,7 @@ pub(crate) struct Transition {
 }
 
 impl Transition {
-    /// Of `dt_h` hours at a rate `rate_per_h` > 0.
+    /// The transition of `dt_h` hours at a rate `rate_per_h` > 0.
     pub fn new(rate_per_h: f64, process_noise: f64, dt_h: f64) -> Self {
         let grown = libm::expm1(f64::min(rate_per_h * dt_h, LARGEST_EXPONENT));
         let growth = 1.0 + grown;
@@ -99,8 +99,8 @@ impl Track {
     }
 }
 
-/// Of a standardised innovation whose square is `z2`, up to a constant; an outlier counts as linear in its size
-/// (Huber).
+/// Log-likelihood of a standardised innovation whose square is `z2`, up to a constant; an outlier counts as linear in
+/// its size (Huber).
 pub fn robust_log_likelihood(z2: f64, variance: f64) -> f64 {
     let limit = OUTLIER * OUTLIER;
     let rho = if z2 < limit { z2 } else { 2.0 * OUTLIER * z2.sqrt() - limit };

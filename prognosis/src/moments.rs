@@ -10,7 +10,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of a mixture of (weight, mean, variance), weights summing to one.
+    /// The moments of a mixture of (weight, mean, variance), weights summing to one.
     pub(crate) fn of(parts: impl Iterator<Item = (f64, f64, f64)>) -> Self {
         let parts: Vec<_> = parts.collect();
         let mean: f64 = parts.iter().map(|(weight, mean, _)| weight * mean).sum();

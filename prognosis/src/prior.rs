@@ -26,13 +26,13 @@ pub struct FleetPrior {
     pub process_noise: f64,
     /// Error of the surrogate boundary in failure time, where it has been learned.
     pub failure_time_error: Option<FailureTimeError>,
-    /// How the growth of a life changes; without it, growth is constant.
+    /// The law by which the growth of a life changes; without it, growth is constant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub growth_changes: Option<GrowthChanges>,
-    /// How observations clipped at nominal are understood; what was learned was learned with it.
+    /// The understanding of observations clipped at nominal; what was learned was learned with it.
     #[serde(default, skip_serializing_if = "ClippedMean::is_default")]
     pub clipped_mean: ClippedMean,
-    /// Beyond which a life is not one of this fleet; without them, none is doubted.
+    /// Limits beyond which a life is not one of this fleet; without them, none is doubted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub consistency: Option<ConsistencyLimits>,
 }
@@ -69,7 +69,7 @@ pub struct FailureTimeError {
 }
 
 impl FleetPrior {
-    /// Where learning starts, and what serves a fleet without finished lives: median rate
+    /// The prior from which learning starts, and which serves a fleet without finished lives: median rate
     /// 4.5e-4 1/h with a log-sd of .45, wide biases of lives of some thousand hours.
     pub fn vague() -> Self {
         let [first, last] = RATE_RANGE_PER_H.map(libm::log);

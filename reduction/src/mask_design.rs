@@ -122,7 +122,7 @@ impl MaskDesign {
     }
 }
 
-/// For each wanted bin the nearest one that is still free.
+/// The nearest bin that is still free, for each one wanted.
 fn nearest_free(mut free: Vec<bool>, wanted: impl Iterator<Item = usize>) -> Vec<usize> {
     let take = |wanted: usize| {
         let nearest = (0..free.len()).filter(|bin| free[*bin]).min_by_key(|bin| bin.abs_diff(wanted));

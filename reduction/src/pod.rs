@@ -19,7 +19,7 @@ const RANK_TOLERANCE: f64 = 1e-12;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ModeCount {
-    /// As many as capture this fraction of the variance.
+    /// The number that captures this fraction of the variance.
     Energy(f64),
     /// Exactly so many.
     Fixed(usize),

@@ -77,7 +77,7 @@ impl Scale {
     }
 }
 
-/// Where a neuron lies on the grid: neighbours are at distance one.
+/// The place of a neuron on the grid: neighbours are at distance one.
 fn place(neuron: usize, columns: usize) -> [f64; 2] {
     let (row, column) = (neuron / columns, neuron % columns);
     [column as f64 + 0.5 * (row % 2) as f64, row as f64 * 0.75_f64.sqrt()]

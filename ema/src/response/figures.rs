@@ -7,7 +7,7 @@ use super::ResponsePoint;
 /// Figures of the response to a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepFigures {
-    /// From 10 % to 90 % of the way, s; `None` if 90 % is not reached.
+    /// The time from 10 % to 90 % of the way, s; `None` if 90 % is not reached.
     pub rise_s: Option<f64>,
     /// Until the output stays within 2 % of the way from the command, s; `None` if it does not.
     pub settling_s: Option<f64>,

@@ -31,7 +31,7 @@ impl Default for BootstrapSettings {
     }
 }
 
-/// Where a figure lies.
+/// An interval that holds a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Interval {
     /// Lower end.
@@ -48,7 +48,7 @@ pub struct Bootstrap {
 }
 
 impl Bootstrap {
-    /// Of these runs.
+    /// Resamples these runs.
     pub fn new(scores: &[&RunScore], settings: &BootstrapSettings) -> Self {
         let board = |runs: Vec<usize>| scoreboard(&runs.into_iter().map(|run| scores[run]).collect::<Vec<_>>());
         Self { boards: resamples(scores.len(), settings).map(board).collect(), level: settings.level }
@@ -61,7 +61,7 @@ impl Bootstrap {
 }
 
 impl Interval {
-    /// Of the figures of resamples, some of which may have none.
+    /// The interval of the figures of resamples, some of which may have none.
     pub(super) fn of(figures: Vec<f64>, resamples: usize, level: f64) -> Option<Self> {
         if figures.is_empty() || (figures.len() as f64) < level * resamples as f64 {
             return None;

@@ -31,7 +31,7 @@ struct Pair {
 }
 
 impl Comparison {
-    /// Of `ours` with `theirs`; `None` without a prediction.
+    /// Compares `ours` with `theirs`; `None` without a prediction.
     pub fn of(ours: &[&RunScore], theirs: &[&RunScore], settings: &BootstrapSettings) -> Option<Self> {
         assert_eq!(ours.len(), theirs.len(), "scores of the same runs");
         let pairs: Vec<Pair> = ours.iter().zip(theirs).map(|(a, b)| Pair::of(a, b)).collect();

@@ -20,9 +20,9 @@ pub struct OracleGap {
     pub runs: usize,
     /// Mean score of the estimator on these runs, flight hours.
     pub crps_fh: f64,
-    /// Of climatology.
+    /// The score of climatology.
     pub crps_climatology_fh: f64,
-    /// Of the oracle.
+    /// The score of the oracle.
     pub crps_oracle_fh: f64,
     /// One for the oracle, zero for climatology, negative for what is worse than that.
     pub closed: f64,
@@ -34,12 +34,13 @@ pub struct OracleGap {
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
     predictions: f64,
-    /// Of the scores: estimator, climatology, oracle.
+    /// The scores of estimator, climatology and oracle.
     crps_fh: [f64; 3],
 }
 
 impl OracleGap {
-    /// Of `ours` between `climatology` and `oracle`; `None` without a prediction, or where the oracle is not better.
+    /// Places `ours` between `climatology` and `oracle`; `None` without a prediction, or where the oracle is not
+    /// better.
     pub fn of(
         ours: &[&RunScore],
         climatology: &[&RunScore],

@@ -14,7 +14,7 @@ const LATE_FH: f64 = 1000.0;
 const BIN_FH: f64 = 500.0;
 const BINS: usize = 8;
 
-/// Of these runs.
+/// The scoreboard of these runs.
 pub fn scoreboard(scores: &[&RunScore]) -> Scoreboard {
     let pooled = || scores.iter().flat_map(|score| &score.predictions);
     let late = || pooled().filter(|prediction| prediction.truth_fh < LATE_FH);

@@ -30,7 +30,7 @@ pub(super) trait Growth {
 pub(super) struct Start<G> {
     /// Deviation from nominal.
     pub deviation: Vec<f64>,
-    /// From there on.
+    /// Growth from there on.
     pub growth: G,
 }
 
@@ -125,7 +125,7 @@ impl<'a> Extrapolation<'a> {
         x.iter_mut().zip(&self.one_sided).filter(|(_, one_sided)| **one_sided).for_each(|(x, _)| *x = x.abs());
     }
 
-    /// When the margin is used up between a healthy first state and a faulty last one.
+    /// The time at which the margin is used up between a healthy first state and a faulty last one.
     fn refine(&self, states: &[Vec<f64>], mut healthy: f64, mut faulty: f64) -> f64 {
         let (mut low, mut high) = (0, states.len() - 1);
         while high - low > 1 {
@@ -138,7 +138,7 @@ impl<'a> Extrapolation<'a> {
         STEP_FH * (low as f64 + healthy / (healthy - faulty))
     }
 
-    /// Of a deviation, faults kept within [0, 1].
+    /// The margin of a deviation, faults kept within [0, 1].
     fn margin(&self, x: &[f64]) -> f64 {
         let k: Vec<f64> = x.iter().zip(self.nominal).map(|(x, nominal)| (nominal + x).clamp(0.0, 1.0)).collect();
         self.boundary.margin(&k)

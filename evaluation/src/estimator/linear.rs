@@ -27,7 +27,7 @@ pub struct Linear<'a> {
     pub model: &'a FaultModel,
     /// For the process noise and the error of the boundary; its rates and biases are not used.
     pub prior: &'a FleetPrior,
-    /// Where life ends.
+    /// The boundary at which life ends.
     pub boundary: &'a dyn Boundary,
 }
 

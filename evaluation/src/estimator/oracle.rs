@@ -28,7 +28,7 @@ use super::extrapolation::{Extrapolation, Growth, STEP_FH, Start};
 
 /// Number of particles.
 const PARTICLES: usize = 1000;
-/// Of the random numbers of the filter.
+/// Seed of the random numbers of the filter.
 const SEED: u64 = 0;
 /// Load before any is known.
 const USUAL_LOAD: f64 = 1.0;
@@ -83,7 +83,7 @@ pub struct Oracle<'a> {
     pub model: &'a FaultModel,
     /// For the process noise and the error of the boundary; its rates and biases are not used.
     pub prior: &'a FleetPrior,
-    /// Where life ends.
+    /// The boundary at which life ends.
     pub boundary: &'a dyn Boundary,
     /// What is true of the life.
     pub law: &'a Law,
@@ -176,7 +176,7 @@ impl Life<'_> {
         }
     }
 
-    /// Of a block at the deviation x, up to a constant.
+    /// Log-likelihood of a block at the deviation x, up to a constant.
     fn log_likelihood(&self, x: &[f64], block: &Block) -> f64 {
         let model = self.oracle.model;
         let mut expected: Vec<_> = x.iter().map(|&x| Expected { mean: x, slope: 1.0, variance_ratio: 1.0 }).collect();

@@ -31,7 +31,7 @@ pub struct Ridge<'a> {
     pub model: &'a FaultModel,
     /// What earlier lives have taught.
     pub prior: &'a FleetPrior,
-    /// Where life ends.
+    /// The boundary at which life ends.
     pub boundary: &'a dyn Boundary,
 }
 
@@ -140,7 +140,7 @@ struct Entry {
 }
 
 impl Entry {
-    /// Of a new life; mean and variance of lambda and b.
+    /// The entry of a new life; mean and variance of lambda and b.
     fn new(mean: [f64; 2], variance: [f64; 2]) -> Self {
         let mut covariance = [[0.0; UNKNOWNS]; UNKNOWNS];
         (0..2).for_each(|i| covariance[i][i] = variance[i]);

@@ -31,7 +31,7 @@ const HALVINGS: usize = 6;
 pub struct Thesis<'a> {
     /// Names, nominal values and groups of the faults.
     pub model: &'a FaultModel,
-    /// Where life ends.
+    /// The boundary at which life ends.
     pub boundary: &'a dyn Boundary,
 }
 
@@ -162,7 +162,7 @@ fn derivative(coefficients: &[f64], state: &[f64], inputs: &[f64; INPUTS], growt
 }
 
 impl Thesis<'_> {
-    /// When the extrapolated state is first faulty, hours since the start of the life; `None` when it
+    /// The time at which the extrapolated state is first faulty, hours since the start of the life; `None` when it
     /// is not within the horizon.
     fn failure_fh(&self, window: &Window, identified: &Identified, now_fh: f64, horizon_fh: f64) -> Option<f64> {
         let last_fh = *window.t_fh.last()?;

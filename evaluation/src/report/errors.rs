@@ -9,7 +9,7 @@ use crate::{
     contest::Replays,
 };
 
-/// Where the median is.
+/// The place of the median.
 const MEDIAN: usize = 10;
 /// Bins over the share of a life, and over the remaining life.
 const SHARES: usize = 12;

@@ -11,7 +11,7 @@ use crate::{
 
 /// Length of the means that a history is drawn with, flight hours.
 const MEAN_FH: f64 = 20.0;
-/// Where the 2.5, 10, 50, 90 and 97.5 % quantiles are.
+/// Places of the 2.5, 10, 50, 90 and 97.5 % quantiles.
 const LEVELS: [usize; 5] = [0, 2, 10, 18, 20];
 /// Predicted lives are drawn up to this multiple of the whole life.
 const TOP: f64 = 1.6;

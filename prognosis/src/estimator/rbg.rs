@@ -21,7 +21,7 @@ pub struct Rbg<'a> {
     pub model: &'a FaultModel,
     /// What earlier lives have taught.
     pub prior: &'a FleetPrior,
-    /// Where life ends.
+    /// The boundary at which life ends.
     pub boundary: &'a dyn Boundary,
 }
 

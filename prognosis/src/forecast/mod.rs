@@ -43,7 +43,7 @@ pub struct Draws {
     pub least: usize,
     /// Most.
     pub most: usize,
-    /// When a forecast is precise.
+    /// The precision that a forecast needs.
     pub precision: Precision,
 }
 
@@ -58,12 +58,12 @@ pub struct Precision {
 }
 
 impl Draws {
-    /// So many, however precise.
+    /// A fixed number of draws, however precise.
     pub const fn fixed(count: usize) -> Self {
         Self { least: count, most: count, precision: Precision { share: 0.0, floor_fh: 0.0 } }
     }
 
-    /// For a forecast that somebody acts on: 1 % of the median or 5 h, by 500 to 4,000 draws.
+    /// As many draws as a forecast needs that somebody acts on: 1 % of the median or 5 h, by 500 to 4,000 draws.
     pub const fn precise() -> Self {
         Self { least: 500, most: 4000, precision: Precision { share: 0.01, floor_fh: 5.0 } }
     }

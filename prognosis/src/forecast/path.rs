@@ -360,7 +360,7 @@ impl Growth {
         Self { multiplier: draw.growth, changes: draw.changes.map(|law| ChangesToCome::new(law, stream)) }
     }
 
-    /// When it changes next, hours from now.
+    /// The time at which it changes next, hours from now.
     fn next_change_fh(&self) -> f64 {
         self.changes.as_ref().map_or(f64::INFINITY, ChangesToCome::next_fh)
     }

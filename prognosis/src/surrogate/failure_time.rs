@@ -25,12 +25,12 @@ pub struct FailurePath {
     pub t_fh: Vec<f64>,
     /// Fault vectors, nominal values included.
     pub states: Vec<FaultVector>,
-    /// When the assessment first said faulty, flight hours.
+    /// The time at which the assessment first said faulty, flight hours.
     pub failure_fh: f64,
 }
 
 impl FailurePath {
-    /// Of a life whose last state is its failure; carried on for 400 h as it moved in the last 400 h.
+    /// The path of a life whose last state is its failure; carried on for 400 h as it moved in the last 400 h.
     ///
     /// # Panics
     /// Without states, or with other than one time per state.
@@ -50,7 +50,7 @@ impl FailurePath {
         Self { t_fh, states, failure_fh }
     }
 
-    /// When `boundary` first calls the path faulty, flight hours; `None` if it never does.
+    /// The time at which `boundary` first calls the path faulty, flight hours; `None` if it never does.
     pub fn crossing_fh(&self, boundary: &dyn Boundary) -> Option<f64> {
         let mut before: Option<(f64, f64)> = None;
         for (&t_fh, state) in self.t_fh.iter().zip(&self.states) {

@@ -30,7 +30,7 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// Of an expansion with these centres, given the points near the boundary that it was trained on and
+    /// The reach of an expansion with these centres, given the points near the boundary that it was trained on and
     /// the weights of each output.
     pub fn new(gamma: f64, centres: &[&[f64]], near_boundary: &[&[f64]], weights: &[&[f64]]) -> Self {
         let distances =

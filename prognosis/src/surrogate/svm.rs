@@ -134,12 +134,12 @@ impl<'a> Smo<'a> {
         Ok(Dual { bias: self.bias(), multipliers: self.multipliers })
     }
 
-    /// By how much y_i a_i may grow.
+    /// The room that y_i a_i has to grow.
     fn room_up(&self, i: usize) -> f64 {
         if self.labels[i] > 0.0 { self.penalty - self.multipliers[i] } else { self.multipliers[i] }
     }
 
-    /// By how much y_i a_i may shrink.
+    /// The room that y_i a_i has to shrink.
     fn room_down(&self, i: usize) -> f64 {
         if self.labels[i] > 0.0 { self.multipliers[i] } else { self.penalty - self.multipliers[i] }
     }
