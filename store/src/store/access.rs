@@ -1,0 +1,54 @@
+//! Tokens and the audit log.
+
+use domain::{Act, Actor, AuditRecord, OperatorId, TokenId};
+
+use super::{Backend, Store, backend};
+use crate::{AuditChain, Revocation, StoreError, TokenRecord};
+
+impl Store {
+    /// Keeps a new token, whose secret nobody but its owner knows.
+    pub async fn create_token(&self, token: &TokenRecord, actor: Actor) -> Result<(), StoreError> {
+        backend!(self, create_token(token, actor))
+    }
+
+    /// The tokens of an operator, revoked and expired ones too, the oldest first.
+    pub async fn tokens(&self, operator: &OperatorId) -> Result<Vec<TokenRecord>, StoreError> {
+        backend!(self, tokens(operator))
+    }
+
+    /// The token of this id, whoever's it is: only for finding out who calls.
+    pub async fn token(&self, id: &TokenId) -> Result<Option<TokenRecord>, StoreError> {
+        backend!(self, token(id))
+    }
+
+    /// Tells whether any token was ever created: from then on, callers must show one.
+    pub async fn has_tokens(&self) -> Result<bool, StoreError> {
+        backend!(self, has_tokens())
+    }
+
+    /// Revokes a token of this operator for ever; `None` for an unknown one. Idempotent.
+    pub async fn revoke_token(
+        &self,
+        operator: &OperatorId,
+        id: &TokenId,
+        act: Act,
+    ) -> Result<Option<Revocation>, StoreError> {
+        backend!(self, revoke_token(operator, id, act))
+    }
+
+    /// The records of an operator's audit log, or of the installation's, from the first one after place
+    /// `after` (0 for all), in their order.
+    pub async fn audit(
+        &self,
+        operator: Option<&OperatorId>,
+        after: u64,
+        limit: u32,
+    ) -> Result<Vec<AuditRecord>, StoreError> {
+        backend!(self, audit(operator, after, limit))
+    }
+
+    /// Follows every chain of the audit log to its end, or to where it is broken.
+    pub async fn verify_audit(&self) -> Result<Vec<AuditChain>, StoreError> {
+        backend!(self, verify_audit())
+    }
+}
