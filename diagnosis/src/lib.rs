@@ -10,6 +10,7 @@
 //! };
 //! use domain::{Coordinate, FaultModel, FaultVector, Mask};
 //! use numerics::Stream;
+//! use reduction::ModeCount;
 //!
 //! // Maps on which each fault has a shape of its own.
 //! let map = |stream: &mut Stream| {
@@ -23,7 +24,8 @@
 //! let mask = Mask::new(Coordinate::ElectricalAngleRad, 360, (0..360).step_by(15).collect())?;
 //! let set = TrainingSet { fault_model: &FaultModel::electrical(), mask: &mask, maps: &maps, calibration: &[] };
 //! let recommended = TrainingSettings::new(MapKind::LoadInvariant);
-//! let settings = TrainingSettings { restarts: 1, realisations: 2, steps: 20, ..recommended };
+//! let settings =
+//!     TrainingSettings { modes: ModeCount::Fixed(5), restarts: 1, realisations: 2, steps: 20, ..recommended };
 //! let diagnoser = train(&set, &settings, &stream)?;
 //! let settings = ValidationSettings { load: LoadInput::PerSample, noise: 0.01, repeats: 1 };
 //! assert!(validate(&diagnoser, &mask, &maps, &settings, &stream)?.median < 0.03);

@@ -39,7 +39,8 @@ pub enum Unteachable {
     History(#[from] NoHistory),
     /// They do not end where life ends.
     #[error(
-        "its lives end {offset_fh:.0} h from where the surrogate ends them, on average; each has to end with its failure"
+        "its lives end {offset_fh:.0} h from where the surrogate ends them, on average; \
+         each has to end with its failure"
     )]
     Ends {
         /// How far from there, on average, flight hours.

@@ -32,8 +32,8 @@ pub fn median(sorted: &[f64]) -> Option<f64> {
     Some(if lower == upper { upper } else { 0.5 * (lower + upper) })
 }
 
-/// The quantile at rank `rank` = level * `count` of `count` values, linear between the order statistics, whose ranks are
-/// i + 1/2. Of the values from the least up only some need be known; `None` where it rests on one that is not.
+/// The quantile at rank `rank` = level * `count` of `count` values, linear between the order statistics, whose ranks
+/// are i + 1/2. Of the values from the least up only some need be known; `None` where it rests on one that is not.
 pub fn interpolated(value: impl Fn(usize) -> Option<f64>, count: usize, rank: f64) -> Option<f64> {
     let position = (rank - 0.5).clamp(0.0, count.saturating_sub(1) as f64);
     let below = position.floor() as usize;
