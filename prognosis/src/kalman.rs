@@ -95,7 +95,20 @@ impl Track {
         self.p_bb -= gain_b * slope * self.p_xb;
         self.p_xb -= gain_x * slope * self.p_xb;
         self.p_xx -= gain_x * slope * self.p_xx;
+        if measured.clipped.is_some() {
+            self.stay_below(measured.value + OUTLIER * measured.sigma);
+        }
         robust_log_likelihood(z2, variance)
+    }
+
+    /// Keeps a belief below nominal from reaching past what was seen. Observations that are clipped at zero tell nothing of
+    /// how far below nominal a deviation is, so such a belief widens step by step, but they do tell what it is not above.
+    fn stay_below(&mut self, seen: f64) {
+        let widest = (seen - self.x) / OUTLIER;
+        if self.x < 0.0 && widest * widest < self.p_xx {
+            self.p_xb *= widest / self.p_xx.sqrt();
+            self.p_xx = widest * widest;
+        }
     }
 }
 
@@ -139,6 +152,10 @@ mod tests {
             let evidence = track.correct(&Measurement { value: 0.001, variance: 2e-6, sigma: 5e-3, clipped });
             assert!([evidence, track.x, track.b, track.p_xx, track.p_xb, track.p_bb].iter().all(|n| n.is_finite()));
             assert!(track.x.abs() <= 1.0 && track.p_xx * track.p_bb >= track.p_xb * track.p_xb, "{track:?}");
+            assert!(
+                track.x < 0.0 && track.x + OUTLIER * track.p_xx.sqrt() <= 0.017,
+                "it reaches past what was seen: {track:?}"
+            );
         }
     }
 

@@ -27,7 +27,7 @@ use crate::{
     masks::Masks,
     page, prometheus,
     refusal::{Refusal, is_grpc},
-    rest,
+    request_id, rest,
     state::{Context, Shared, State},
 };
 
@@ -56,7 +56,8 @@ pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> 
         .layer(CatchPanicLayer::custom(grpc_fault))
         .layer(middleware::from_fn(prometheus::time_grpc));
     let guarded = grpc.merge(rest).layer(middleware::from_fn_with_state(hosts, auth::door));
-    guarded.layer(middleware::map_response(careful)).layer(Extension(gate))
+    let named = middleware::from_fn(request_id::named);
+    guarded.layer(middleware::map_response(careful)).layer(Extension(gate)).layer(named)
 }
 
 /// What of a gRPC call's messages is unfinished is bounded.

@@ -34,6 +34,7 @@ mod path;
 mod problems;
 mod prometheus;
 mod refusal;
+mod request_id;
 mod rest;
 mod scoreboard;
 mod scorer;

@@ -9,7 +9,7 @@ use proto::json::{FindingOutcome, MaintenanceBody, MaintenanceKind, UploadBody};
 use tokio::{sync::Semaphore, task::spawn_blocking};
 
 use crate::{
-    Client, FleetError, Flown, Sent,
+    Client, FleetError, Sent,
     client::Heard,
     instrument::SAMPLE_NOISE,
     plan::{FLIGHT_FH, FleetPlan, PART_NUMBER},
@@ -17,6 +17,15 @@ use crate::{
     unit::Condition,
     wing::InstrumentedWing,
 };
+
+/// What became of one or more flights.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Flown {
+    /// Uploads that were new to the service.
+    pub accepted: u64,
+    /// Uploads that it had already.
+    pub duplicates: u64,
+}
 
 /// What it takes to tell of a unit.
 #[derive(Debug, Clone)]

@@ -14,7 +14,7 @@ use tokio::{
 use crate::{
     Client, FleetError, Truth,
     client::Heard,
-    crew::Crew,
+    crew::{Crew, Flown},
     plan::{FLIGHT_FH, FleetPlan, PART_NUMBER},
     roster::{Roster, Step, What},
     wing::InstrumentedWing,
@@ -30,15 +30,6 @@ pub struct Fleet {
     roster: Roster,
     /// What the service had heard of units when they first appeared, by index.
     heard: BTreeMap<u64, Heard>,
-}
-
-/// What became of one or more flights.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Flown {
-    /// Uploads that were new to the service.
-    pub accepted: u64,
-    /// Uploads that it had already.
-    pub duplicates: u64,
 }
 
 impl Fleet {

@@ -12,7 +12,8 @@ mod unit;
 mod wing;
 
 pub use client::{Client, Sent};
-pub use fleet::{Fleet, Flown};
+pub use crew::Flown;
+pub use fleet::Fleet;
 pub use instrument::Physics;
 pub use plan::{FH_PER_DAY, FleetPlan, Upkeep};
 pub use truth::{Truth, write_truth};

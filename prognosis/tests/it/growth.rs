@@ -1,7 +1,7 @@
 //! Filter, forecast and learning on lives whose truth is known.
 
 use crate::simulated::{Growth, STEP_FH, observe};
-use domain::FaultModel;
+use domain::{FaultModel, FaultVector};
 use evaluation::metrics;
 use numerics::Stream;
 use prognosis::{
@@ -62,6 +62,24 @@ fn ends(forecast: &Forecast) -> Vec<f64> {
 fn mean_and_sd(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt())
+}
+
+/// What is hidden below nominal is not a fault, however long nothing but nominal was seen.
+#[test]
+fn what_was_only_ever_seen_healthy_has_not_failed() {
+    let model = FaultModel::electrical();
+    let seen = |number: u32| Observation {
+        t_fh: 5.0 * f64::from(number),
+        fault_vector: FaultVector(model.nominal.clone()),
+        sigma: vec![0.003; 5],
+        load: None,
+        temperature: None,
+    };
+    let posterior = posterior(&(0..2000).map(seen).collect::<Vec<_>>(), &FleetPrior::vague());
+    let boundary = Weighted(vec![4.0, 4.0, 4.0, 0.0, 0.0]);
+    let forecast =
+        forecast(&posterior, 0.0, &boundary, None, &ForecastSettings::default(), &Stream::new(1, &["healthy"]));
+    assert!(forecast.failed_fraction < 0.01, "{}", forecast.failed_fraction);
 }
 
 #[test]

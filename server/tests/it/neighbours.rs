@@ -108,3 +108,22 @@ async fn every_answer_tells_browsers_to_be_careful() {
         assert_eq!(header("cache-control"), if private.contains(&path) { "private, no-cache" } else { "" }, "{path}");
     }
 }
+
+/// A plain name that a caller gives a request is kept, another is replaced; none is given twice.
+#[tokio::test]
+async fn every_answer_carries_the_name_of_its_request() {
+    let house = House::open().await;
+    let name = async |given: Option<&str>| {
+        let request = house.client.get(format!("{}/v1/tails", house.url));
+        let request = given.into_iter().fold(request, |request, given| request.header("x-request-id", given));
+        request.send().await.unwrap().headers()["x-request-id"].to_str().unwrap().to_owned()
+    };
+    assert_eq!(name(Some("EC-MXA.17_b")).await, "EC-MXA.17_b");
+    let long = "x".repeat(65);
+    let mut fresh = Vec::new();
+    for given in [None, None, Some("a b"), Some(""), Some(long.as_str())] {
+        let name = name(given).await;
+        assert!(given != Some(name.as_str()) && !fresh.contains(&name), "{name}");
+        fresh.push(name);
+    }
+}

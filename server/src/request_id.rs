@@ -1,0 +1,46 @@
+//! A name for each request: it stands in the log beside everything that is said while the request is answered, and in the
+//! answer (`x-request-id`). A caller may give one; it is kept if it is short and plain.
+
+use std::{
+    hash::{BuildHasher, RandomState},
+    sync::{
+        LazyLock,
+        atomic::{AtomicU64, Ordering},
+    },
+};
+
+use axum::{
+    extract::Request,
+    http::{HeaderName, HeaderValue},
+    middleware::Next,
+    response::Response,
+};
+use tracing::Instrument;
+
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+/// Longest name that is taken from a caller.
+const MAX_BYTES: usize = 64;
+/// Tells the requests of one process from those of another.
+static PROCESS: LazyLock<u64> = LazyLock::new(|| RandomState::new().hash_one(std::process::id()));
+static REQUESTS: AtomicU64 = AtomicU64::new(0);
+
+/// Answers a request under its name.
+pub async fn named(request: Request, next: Next) -> Response {
+    let id = given(&request).unwrap_or_else(fresh);
+    let (method, path) = (request.method().as_str(), request.uri().path());
+    let span = tracing::info_span!("request", method, path, id = id.to_str().unwrap_or_default());
+    let mut response = next.run(request).instrument(span).await;
+    response.headers_mut().insert(REQUEST_ID, id);
+    response
+}
+
+fn given(request: &Request) -> Option<HeaderValue> {
+    let id = request.headers().get(REQUEST_ID)?;
+    let plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"-._".contains(byte);
+    ((1..=MAX_BYTES).contains(&id.len()) && id.as_bytes().iter().all(plain)).then(|| id.clone())
+}
+
+fn fresh() -> HeaderValue {
+    let number = REQUESTS.fetch_add(1, Ordering::Relaxed);
+    HeaderValue::try_from(format!("{:016x}-{number:x}", *PROCESS)).expect("digits make a header")
+}
