@@ -5,7 +5,8 @@ mod tokens;
 
 use std::fmt::Write as _;
 
-use proto::json::{RulBody, Status};
+use domain::Status;
+use proto::json::RulBody;
 
 pub use due::due;
 pub use tokens::tokens;

@@ -19,6 +19,9 @@ pub struct InvalidHash {
 }
 
 impl ContentHash {
+    /// What it is like as it is written, as a regular expression of ECMA-262.
+    pub const PATTERN: &'static str = "^[0-9a-f]{64}$";
+
     /// The hash of bytes.
     pub fn of(bytes: &[u8]) -> Self {
         Self(Sha256::digest(bytes).into())

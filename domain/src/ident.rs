@@ -25,13 +25,16 @@ fn because(reason: &Option<String>) -> String {
 }
 
 macro_rules! name {
-    ($(#[$doc:meta])* $type:ident, $what:literal, $rule:literal, $accepts:expr) => {
+    ($(#[$doc:meta])* $type:ident, $what:literal, $rule:literal, $pattern:literal, $accepts:expr) => {
         $(#[$doc])*
         #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         #[serde(try_from = "String", into = "String")]
         pub struct $type(String);
 
         impl $type {
+            /// What it is like, as a regular expression of ECMA-262.
+            pub const PATTERN: &'static str = $pattern;
+
             /// The text.
             pub fn as_str(&self) -> &str {
                 &self.0
@@ -90,42 +93,50 @@ macro_rules! name {
 name!(
     /// Who operates the aircraft; a wall that no history crosses.
     OperatorId, "operator", "1 to 32 characters of [a-z0-9_-]",
+    "^[a-z0-9_-]{1,32}$",
     |t| of_chars(t, 1, 32, |c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-')
 );
 name!(
     /// An aircraft's registration.
     TailNumber, "tail", "2 to 10 characters of [A-Z0-9-], the first not a hyphen",
+    "^[A-Z0-9][A-Z0-9-]{1,9}$",
     |t| !t.starts_with('-')
         && of_chars(t, 2, 10, |c| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '-')
 );
 name!(
     /// Where on an aircraft an actuator is installed.
     Position, "position", "1 to 32 characters of [A-Za-z0-9._-]",
+    "^[A-Za-z0-9._-]{1,32}$",
     |t| of_chars(t, 1, 32, |c| c.is_ascii_alphanumeric() || "._-".contains(c))
 );
 name!(
     /// A manufacturer's part number.
     PartNumber, "part_number", "1 to 32 printable characters without blanks at the ends",
+    r"^\S(.{0,30}\S)?$",
     |t| printable(t, 32)
 );
 name!(
     /// The serial number of one unit of a part number.
     SerialNumber, "serial_number", "1 to 32 printable characters without blanks at the ends",
+    r"^\S(.{0,30}\S)?$",
     |t| printable(t, 32)
 );
 name!(
     /// What a token is called by those who look after it.
     TokenName, "name", "1 to 64 printable characters without blanks at the ends",
+    r"^\S(.{0,62}\S)?$",
     |t| printable(t, 64)
 );
 name!(
     /// An upload's name, chosen by the aircraft, unique for ever within its operator.
     UploadId, "upload_id", "1 to 64 characters of [A-Za-z0-9._:-]",
+    "^[A-Za-z0-9._:-]{1,64}$",
     |t| of_chars(t, 1, 64, |c| c.is_ascii_alphanumeric() || "._:-".contains(c))
 );
 name!(
     /// A maintenance event's name, unique for ever within its operator.
     EventId, "event_id", "1 to 64 characters of [A-Za-z0-9._:-]",
+    "^[A-Za-z0-9._:-]{1,64}$",
     |t| of_chars(t, 1, 64, |c| c.is_ascii_alphanumeric() || "._:-".contains(c))
 );
 

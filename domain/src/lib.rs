@@ -30,6 +30,7 @@ pub mod hinge_load;
 pub mod ident;
 pub mod invalid;
 pub mod json;
+pub mod load_ratio;
 pub mod maintenance;
 pub mod mask;
 pub mod principal;
@@ -57,6 +58,7 @@ pub use hash::ContentHash;
 pub use hinge_load::{HingeLoad, LoadSource};
 pub use ident::{EventId, OperatorId, PartNumber, Position, SerialNumber, TailNumber, TokenName, UploadId};
 pub use invalid::{Invalid, Violation};
+pub use load_ratio::LoadRatio;
 pub use maintenance::{EventKind, Finding, MaintenanceEvent};
 pub use mask::{Coordinate, Mask};
 pub use principal::{Permission, Principal, Scope};
@@ -68,7 +70,7 @@ pub use set_aside::{SetAside, SetAsideReason};
 pub use state::State;
 pub use time::Timestamp;
 pub use token::{Secret, SecretHash, Token, TokenId};
-pub use upload::{AirData, LoadRatio, Strain, Upload};
+pub use upload::{AirData, Strain, Upload};
 pub use warning::{Warning, WarningKind};
 
 /// Raised only when the numbers served for the same input may change.

@@ -45,6 +45,7 @@ pub enum EventKind {
 /// What an inspection found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = FindingOutcome))]
 pub enum Finding {
     /// It no longer meets its requirements: this ends the life, and forecasts are judged by it.
     Failed,

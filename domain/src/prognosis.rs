@@ -19,6 +19,7 @@ pub struct FaultTrend {
 
 /// The refitted damage-propagation model x' = A x + B u (Berri 2021, eq. 2.26) from the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = PropagationBody))]
 pub struct Propagation {
     /// A, 1/h, row by row.
     pub state_matrix: Vec<Vec<f64>>,
@@ -108,23 +109,39 @@ pub struct Gap {
     pub observations: usize,
 }
 
-/// How to read a prognosis now.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+/// How to read a prognosis now: the first that applies. Ordered from the worst to the best; unknown
+/// is worse than any forecast.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub enum Status {
-    /// The assessment says faulty already, more likely than not, and observations of now say so.
+    /// Found failed on the ground, or the assessment says faulty already, more likely than not, by observations of now.
     Failed,
-    /// No closed block of observations yet.
+    /// No closed block of observations yet: unknown.
     InsufficientHistory,
     /// The newest data is old: unknown, not healthy.
     Stale,
-    /// The observations contradict the model of damage, or a failure is only inferred over a gap: the numbers are
-    /// kept, but not to act on.
+    /// The observations contradict the model of damage or one another, or a failure is only inferred over a gap:
+    /// unknown; the numbers are kept, but not to act on. The doubts say which.
     Inconsistent,
-    /// The median outlives the horizon.
-    BeyondHorizon,
     /// A forecast to act on.
     Ok,
+    /// The median outlives the horizon.
+    BeyondHorizon,
+}
+
+impl Status {
+    /// The code.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Failed => "failed",
+            Self::InsufficientHistory => "insufficient_history",
+            Self::Stale => "stale",
+            Self::Inconsistent => "inconsistent",
+            Self::Ok => "ok",
+            Self::BeyondHorizon => "beyond_horizon",
+        }
+    }
 }
 
 impl Forecast {

@@ -16,74 +16,105 @@ pub const FLIGHT_PRODUCTS: usize = 5;
 /// makes a new configuration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct SensorConfiguration {
     /// The strain gratings, in the order of an upload's `strain.wavelengths_nm`.
+    #[cfg_attr(feature = "schema", schema(min_items = 12, max_items = 12))]
     pub strain_gratings: Vec<StrainGrating>,
     /// Reference wavelength of the free temperature grating of each station, nm.
+    #[cfg_attr(feature = "schema", schema(min_items = 4, max_items = 4))]
     pub temperature_wavelengths_nm: Vec<f64>,
     /// Relative gain noise of a strain reading.
+    #[cfg_attr(feature = "schema", schema(example = 0.02))]
+    #[cfg_attr(feature = "schema", schema(minimum = 0, maximum = 1))]
     pub gain_noise: f64,
     /// A_z: strain per flight-condition product, one row per strain grating.
+    #[cfg_attr(feature = "schema", schema(value_type = Vec<Vec<f64>>))]
+    #[cfg_attr(feature = "schema", schema(min_items = 12, max_items = 12))]
     pub strain_map: Vec<[f64; FLIGHT_PRODUCTS]>,
     /// C_z: hinge moment of the right wing's surfaces per flight-condition product.
     pub hinge_rows: HingeRows,
     /// Effectiveness of this tail's surfaces relative to the aerodynamic model.
     pub effectiveness: Effectiveness,
     /// Which surface the actuator at a position moves; a position that is not listed has no known load.
+    #[cfg_attr(feature = "schema", schema(value_type = BTreeMap<String, HingePosition>))]
     pub positions: BTreeMap<Position, HingePosition>,
 }
 
 /// One bonded strain grating.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct StrainGrating {
     /// Index of the station, and so of its temperature grating.
+    #[cfg_attr(feature = "schema", schema(minimum = 0, maximum = 3))]
     pub station: usize,
     /// Where it is bonded, in words of the layout: `U20` for an axial one on that stringer, `panel 6 at 45 deg`.
+    #[cfg_attr(feature = "schema", schema(example = "U20"))]
     pub place: String,
     /// Reference wavelength lambda_0, nm.
+    #[cfg_attr(feature = "schema", schema(example = 1550.0))]
+    #[cfg_attr(feature = "schema", schema(minimum = 200, maximum = 3000))]
     pub wavelength_nm: f64,
     /// Strain that it shows without load, dimensionless.
     #[serde(default)]
+    #[cfg_attr(feature = "schema", schema(example = 0.0, value_type = Option<f64>))]
+    #[cfg_attr(feature = "schema", schema(minimum = -0.05, maximum = 0.05))]
     pub tare: f64,
     /// When it was bonded; its glue settles for some days.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(
+        feature = "schema",
+        schema(value_type = Option<String>, format = "date-time", example = "2026-02-01T00:00:00Z")
+    )]
     pub bonded_at: Option<Timestamp>,
 }
 
 /// C_z by control surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct HingeRows {
     /// Hinge moment of the flap per flight-condition product, N m per unit of z.
+    #[cfg_attr(feature = "schema", schema(value_type = Vec<f64>))]
     pub flap: [f64; FLIGHT_PRODUCTS],
     /// Hinge moment of the aileron.
+    #[cfg_attr(feature = "schema", schema(value_type = Vec<f64>))]
     pub aileron: [f64; FLIGHT_PRODUCTS],
 }
 
 /// Factors on the expected effect of each deflection; 1 = as modelled.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct Effectiveness {
     /// Of the flaps.
+    #[cfg_attr(feature = "schema", schema(minimum = 0, maximum = 10))]
+    #[cfg_attr(feature = "schema", schema(example = 1.0))]
     pub flap: f64,
     /// Of the ailerons.
+    #[cfg_attr(feature = "schema", schema(minimum = 0, maximum = 10))]
+    #[cfg_attr(feature = "schema", schema(example = 1.0))]
     pub aileron: f64,
 }
 
 /// The surface that the actuator at a position moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct HingePosition {
     /// Which surface; `none` when its moment is not modelled.
+    #[cfg_attr(feature = "schema", schema(example = "aileron"))]
     pub surface: Surface,
     /// On which wing.
+    #[cfg_attr(feature = "schema", schema(example = "left"))]
     pub side: Side,
 }
 
 /// A control surface of the wing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub enum Surface {
     /// Flap: both sides go down together.
     Flap,
@@ -96,6 +127,7 @@ pub enum Surface {
 /// A half of the wing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub enum Side {
     /// y < 0: antisymmetric products change their sign.
     Left,

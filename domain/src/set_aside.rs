@@ -18,6 +18,7 @@ pub struct SetAside {
 /// Why an upload is set aside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub enum SetAsideReason {
     /// Its hours and its time imply more than 24 flight hours a day against both neighbours of its
     /// life, or it claims to come from the future.

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Component, ContentHash, Invalid, Mask, OperatorId, PartNumber, Position, SerialNumber, TailNumber, Timestamp,
-    UploadId,
+    Component, ContentHash, Invalid, LoadRatio, Mask, OperatorId, PartNumber, Position, SerialNumber, TailNumber,
+    Timestamp, UploadId,
     range::{self, Range},
 };
 
@@ -56,39 +56,41 @@ pub struct Upload {
     pub on_ground: Option<bool>,
 }
 
-/// The load ratio of the samples.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum LoadRatio {
-    /// The mean of the whole map: worse than one per sample.
-    Mean(f64),
-    /// One per sample, missing where the sample is.
-    PerSample(Vec<Option<f64>>),
-}
-
 /// Wavelengths of the fibre Bragg gratings, nm; `None` for a missing peak.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = StrainBody))]
 pub struct Strain {
     /// Strain gratings.
+    #[cfg_attr(feature = "schema", schema(min_items = 12, max_items = 12))]
     pub wavelengths_nm: Vec<Option<f64>>,
     /// Free temperature gratings.
+    #[cfg_attr(feature = "schema", schema(min_items = 4, max_items = 4))]
     pub temperature_wavelengths_nm: Vec<Option<f64>>,
 }
 
 /// The flight condition, SI units and radians.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = AirDataBody))]
 pub struct AirData {
     /// Dynamic pressure, Pa.
+    #[cfg_attr(feature = "schema", schema(minimum = 0, maximum = 1000000))]
     pub dynamic_pressure_pa: f64,
     /// True airspeed, m/s.
+    #[cfg_attr(feature = "schema", schema(minimum = 0, maximum = 3000))]
     pub airspeed_m_s: f64,
     /// Angle of attack, rad.
+    #[cfg_attr(feature = "schema", schema(minimum = -1.6, maximum = 1.6))]
     pub angle_of_attack_rad: f64,
     /// Roll rate, rad/s.
+    #[cfg_attr(feature = "schema", schema(minimum = -20, maximum = 20))]
     pub roll_rate_rad_s: f64,
     /// Flap deflection, rad.
+    #[cfg_attr(feature = "schema", schema(minimum = -1.6, maximum = 1.6))]
     pub flap_rad: f64,
     /// Aileron deflection, rad.
+    #[cfg_attr(feature = "schema", schema(minimum = -1.6, maximum = 1.6))]
     pub aileron_rad: f64,
 }
 

@@ -1,9 +1,11 @@
-//! What is served, assembled once for REST, gRPC and the pages.
+//! Answers, assembled once for REST, gRPC and the pages.
 
-use domain::{ADVISORY, AsOf, Component, ContentHash, FaultModel, OperatorId, Position, RulDistribution, TailNumber};
+use domain::{
+    ADVISORY, AsOf, Component, ContentHash, FaultModel, OperatorId, Position, RulDistribution, Status, TailNumber,
+};
 use proto::json::{
-    AsOfBody, Doubt, EndOfLife, ExplanationBody, FailureProbability, Fault, LoadBody, MaskBody, ModelItem, MonteCarlo,
-    Page, PropagationBody, RulBody, RulQuantiles, Status, TailBody, TailItem,
+    EndOfLife, FailureProbability, Fault, MaskBody, ModelItem, MonteCarlo, Page, RulBody, RulQuantiles, TailBody,
+    TailItem,
 };
 use store::{BundleRecord, ComponentRecord, Installed, InstalledTail, LifeBeginning, SetAsideUploads};
 
@@ -28,7 +30,7 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         part_number: installed.part_number.to_string(),
         serial_number: installed.serial_number.to_string(),
         life: installed.overhaul_index,
-        as_of: prognosis.map(|prognosis| AsOfBody::from(&prognosis.as_of)),
+        as_of: prognosis.map(|prognosis| prognosis.as_of.clone()),
         status: status(state, installed),
         found_failed_fh: installed.found_failed_fh,
         missing: missing(installed),
@@ -42,10 +44,10 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         }),
         fault_vector: forecast.map(|forecast| Fault::by_name(&forecast.faults)),
         dominant_fault: forecast.map(|forecast| forecast.dominant_fault.clone()),
-        explanation: forecast.map(|forecast| ExplanationBody::from(&forecast.explanation)),
-        doubts: forecast.map(|forecast| forecast.doubts.iter().map(Doubt::from).collect()),
-        load: prognosis.and_then(|prognosis| prognosis.load.as_ref()).map(LoadBody::from),
-        propagation: forecast.map(|forecast| PropagationBody::from(&forecast.propagation)),
+        explanation: forecast.map(|forecast| forecast.explanation.clone()),
+        doubts: forecast.map(|forecast| forecast.doubts.clone()),
+        load: prognosis.and_then(|prognosis| prognosis.load.clone()),
+        propagation: forecast.map(|forecast| forecast.propagation.clone()),
         monte_carlo: forecast.map(|forecast| MonteCarlo {
             draws: forecast.rul.draws(),
             seed: forecast.seed,
@@ -64,17 +66,17 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
     }
 }
 
-/// How to read the prognosis of a component now.
+/// The status of the prognosis of a component as it reads now.
 pub fn status(state: &State, installed: &Installed) -> Status {
     if installed.found_failed_fh.is_some() {
         return Status::Failed;
     }
     let stale_after_h = state.stale_after.as_secs_f64() / 3600.0;
     let judged = installed.prognosis.as_ref().map(|prognosis| prognosis.status((state.clock)(), stale_after_h));
-    judged.unwrap_or(domain::Status::InsufficientHistory).into()
+    judged.unwrap_or(Status::InsufficientHistory)
 }
 
-/// What a forecast of a component still needs; `None` when there is one.
+/// The lack that keeps a component from having a forecast; `None` when there is one.
 pub fn missing(installed: &Installed) -> Option<String> {
     if installed.is_damaged {
         return Some("what is stored of this component is damaged: nothing of it is told; see the log".to_owned());
@@ -94,7 +96,7 @@ pub fn missing(installed: &Installed) -> Option<String> {
     })
 }
 
-/// That uploads were judged and are set aside, and why.
+/// Tells that uploads were judged and are set aside, and why.
 fn set_aside(installed: &Installed) -> String {
     let SetAsideUploads { count, reason, newest } = &installed.set_aside;
     let Some(reason) = reason else { return String::new() };
@@ -103,7 +105,7 @@ fn set_aside(installed: &Installed) -> String {
     format!("; {uploads} set aside, most for {}{}", reason.as_str(), newest.unwrap_or_default())
 }
 
-/// That uploads since the overhaul claim to be from before it.
+/// Tells that uploads since the overhaul claim to be from before it.
 fn before_overhaul(installed: &Installed) -> String {
     match installed.before_overhaul {
         0 => String::new(),
@@ -131,7 +133,7 @@ pub fn date_after(as_of: &AsOf, hours: f64, fh_per_day: f64) -> Option<String> {
     Some(time.split('T').next()?.to_owned())
 }
 
-/// What is installed at a position.
+/// The component that is installed at a position.
 pub async fn installed_at(
     state: &State,
     operator: &OperatorId,
@@ -200,7 +202,7 @@ pub async fn known(state: &State, component: Component) -> Result<Component, Ref
     }
 }
 
-/// What is known of a component.
+/// The record of a component.
 pub async fn record(state: &State, component: &Component) -> Result<ComponentRecord, Refusal> {
     state.store.component(component).await?.ok_or_else(|| unknown(component))
 }
@@ -237,7 +239,7 @@ pub async fn mask(state: &State, hash: Option<&ContentHash>) -> Result<MaskBody,
     Ok(MaskBody::new(mask, record.summary.hash))
 }
 
-/// What the faults of each bundle mean.
+/// The fault model of each bundle.
 pub async fn fault_models(state: &State) -> Result<Vec<(ContentHash, FaultModel)>, Refusal> {
     let bundles = state.store.bundles().await?;
     Ok(bundles.into_iter().map(|bundle| (bundle.summary.hash, bundle.summary.faults)).collect())

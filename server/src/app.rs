@@ -22,7 +22,7 @@ use tower_http::catch_panic::CatchPanicLayer;
 
 use crate::{
     auth::{self, Endpoint, GRPC, Gate, HostName},
-    grpc,
+    document, grpc,
     intake::{Budget, messages},
     masks::Masks,
     page, prometheus,
@@ -60,7 +60,7 @@ pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> 
     guarded.layer(middleware::map_response(careful)).layer(Extension(gate)).layer(named)
 }
 
-/// What of a gRPC call's messages is unfinished is bounded.
+/// Bounds what of a gRPC call's messages is unfinished.
 async fn bounded(Extract(shared): Extract<Shared>, request: Request, next: Next) -> Response {
     next.run(request.map(|body| messages(body, &shared.budget))).await
 }
@@ -93,7 +93,7 @@ pub fn endpoints() -> Vec<Endpoint> {
 fn routes() -> (Router<Shared>, Vec<Endpoint>) {
     let (router, document, mut endpoints) = page::add(rest::router()).into_parts();
     // It is written once, not for each who asks.
-    let document = Bytes::from(serde_json::to_vec(&document).expect("documents have text keys only"));
+    let document = Bytes::from(document::written(&document).to_string());
     endpoints.push(Endpoint { method: "get", path: "/openapi.json".to_owned(), permission: None });
     (router.route("/openapi.json", get(|| async move { ([(CONTENT_TYPE, "application/json")], document) })), endpoints)
 }
@@ -128,13 +128,15 @@ mod tests {
     use super::*;
 
     /// Routes that are no part of the interface: pages, and the document itself.
-    const UNDOCUMENTED: [&str; 8] = [
+    const UNDOCUMENTED: [&str; 10] = [
         "get /",
         "get /docs",
         "get /docs/",
         "get /docs/{file}",
         "get /due",
         "get /openapi.json",
+        "get /problems",
+        "get /problems/{kind}",
         "get /scoreboard",
         "get /tails/{tail}/positions/{position}",
     ];
@@ -191,6 +193,8 @@ mod tests {
             "get /healthz",
             "get /metrics",
             "get /openapi.json",
+            "get /problems",
+            "get /problems/{kind}",
             "get /readyz",
             "get /version",
         ];

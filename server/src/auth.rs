@@ -1,4 +1,4 @@
-//! Who calls, and what they may do: found out before anything else of a request is looked at.
+//! Authentication and authorisation: found out before anything else of a request is looked at.
 //!
 //! Every route is registered with the permission that it asks for ([`Guarded`]), every gRPC method has its
 //! permission in [`guard::GRPC`]. The guard before each of them finds out who calls ([`Gate`]) and refuses those

@@ -7,13 +7,14 @@
 use std::cmp::Ordering;
 
 use domain::{
-    ADVISORY, ContentHash, DoubtKind, OperatorId, Position, RulDistribution, TailNumber, prognosis::Forecast,
+    ADVISORY, ContentHash, DoubtKind, OperatorId, Position, RulDistribution, Status, TailNumber, prognosis::Forecast,
     rul::HORIZON_FH,
 };
-use proto::json::{AsOfBody, Doubt, DueBody, DueItem, DueTotals, LatestSafe, Status};
+use proto::json::{DueBody, DueItem, DueTotals, LatestSafe};
+use serde::Deserializer;
 use store::Installed;
 
-use crate::{answer, parameters::Parameters, refusal::Refusal, state::State};
+use crate::{answer, query, refusal::Refusal, state::State};
 
 /// Hours that are asked about unless told otherwise.
 const WITHIN_FH: f64 = 500.0;
@@ -21,12 +22,12 @@ const WITHIN_FH: f64 = 500.0;
 const RISK: f64 = 0.1;
 /// Tails that are read from the store at once.
 const TAILS_AT_ONCE: u32 = 200;
-/// What is accepted as hours.
+/// The rule for hours.
 pub const WITHIN_RULE: &str = "flight hours from 0 to 10000, the horizon of forecasts";
-/// What is accepted as a risk.
+/// The rule for a risk.
 pub const RISK_RULE: &str = "a probability above 0 and below 1";
 
-/// What due means.
+/// The meaning of due.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Threshold {
     /// Flight hours from the newest data.
@@ -36,30 +37,33 @@ pub struct Threshold {
 }
 
 impl Threshold {
-    /// From what was asked for.
+    /// The threshold of what was asked for.
     pub fn new(within_fh: Option<f64>, risk: Option<f64>) -> Self {
         Self { within_fh: within_fh.unwrap_or(WITHIN_FH), risk: risk.unwrap_or(RISK) }
     }
-
-    /// From query parameters.
-    pub fn read(parameters: &mut Parameters) -> Self {
-        let within_fh = parameters.number("within_fh", WITHIN_RULE, is_within);
-        let risk = parameters.number("risk", RISK_RULE, is_risk);
-        Self::new(within_fh, risk)
-    }
 }
 
-/// Whether hours can be asked about.
+/// Tells whether hours can be asked about.
 pub fn is_within(hours: f64) -> bool {
     (0.0..=HORIZON_FH).contains(&hours)
 }
 
-/// Whether a risk can be asked about.
+/// Tells whether a risk can be asked about.
 pub fn is_risk(risk: f64) -> bool {
     risk > 0.0 && risk < 1.0
 }
 
-/// Which part of the list a component is in, the most urgent first.
+/// Hours in a query, if they can be asked about.
+pub fn within<'de, D: Deserializer<'de>>(given: D) -> Result<Option<f64>, D::Error> {
+    query::number(given, WITHIN_RULE, is_within)
+}
+
+/// A risk in a query, if it can be asked about.
+pub fn risk<'de, D: Deserializer<'de>>(given: D) -> Result<Option<f64>, D::Error> {
+    query::number(given, RISK_RULE, is_risk)
+}
+
+/// The part of the list that a component is in, the most urgent first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
     Failed,
@@ -80,7 +84,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// From the most urgent to the least.
+    /// Orders from the most urgent to the least.
     fn order(&self, other: &Self) -> Ordering {
         let by_urgency = self.part.cmp(&other.part).then(other.p.total_cmp(&self.p));
         let by_hours = by_urgency.then(self.remaining_fh.total_cmp(&other.remaining_fh));
@@ -183,7 +187,7 @@ impl DueList {
     }
 }
 
-/// What tells a component without a place apart from others that were last where it was.
+/// The number that tells a component without a place apart from others that were last where it was.
 fn unit(installed: &Installed) -> u64 {
     let hash = ContentHash::of_json(&(&installed.part_number, &installed.serial_number));
     let first = hash.bytes().first_chunk().copied().map_or(1, u64::from_be_bytes);
@@ -223,13 +227,13 @@ fn item(installed: &Installed, status: Status, forecast: Option<&Forecast>) -> D
         p: None,
         standard_error: None,
         latest_safe: None,
-        as_of: installed.prognosis.as_ref().map(|prognosis| AsOfBody::from(&prognosis.as_of)),
-        doubts: forecast.map(|forecast| forecast.doubts.iter().map(Doubt::from).collect()),
+        as_of: installed.prognosis.as_ref().map(|prognosis| prognosis.as_of.clone()),
+        doubts: forecast.map(|forecast| forecast.doubts.clone()),
         reason: None,
     }
 }
 
-/// That the place of a component is unknown, before what else there is to say.
+/// Tells that the place of a component is unknown, before what else there is to say.
 fn without_place(Installed { tail, position, .. }: &Installed, reason: Option<String>) -> String {
     let words = format!(
         "place unknown: another component took its place at {position} of {tail}, and nobody removed it: report where it is, \
@@ -238,7 +242,7 @@ fn without_place(Installed { tail, position, .. }: &Installed, reason: Option<St
     [Some(words), reason].into_iter().flatten().collect::<Vec<_>>().join("; ")
 }
 
-/// Why the state of a component is unknown, or how its failure is known; `None` when its forecast says it.
+/// Tells why the state of a component is unknown, or how its failure is known; `None` when its forecast says it.
 fn why_unknown(state: &State, installed: &Installed, status: Status, threshold: Threshold) -> Option<String> {
     let prognosis = installed.prognosis.as_ref();
     match status {
@@ -260,7 +264,8 @@ fn why_unknown(state: &State, installed: &Installed, status: Status, threshold: 
     }
 }
 
-/// Of a component that is due. A quantile lies between two draws, the latter of which may be beyond the hours
+/// The latest safe hours of a component that is due. A quantile lies between two draws, the latter of which may be
+/// beyond the hours
 /// that were asked about or the horizon; but within those hours the risk is exceeded.
 fn latest_safe(installed: &Installed, rul: &RulDistribution, threshold: Threshold) -> Option<LatestSafe> {
     let as_of = &installed.prognosis.as_ref()?.as_of;

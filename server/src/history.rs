@@ -11,7 +11,7 @@ use crate::{
     state::State,
 };
 
-/// Which part of a history, and how much of it at once.
+/// A part of a history, and the length of its pages.
 pub struct Range {
     /// First flight hours of interest.
     pub from_fh: Option<f64>,
@@ -31,7 +31,7 @@ impl Range {
     }
 }
 
-/// What the items are, and after which one to begin.
+/// The kind of the items, and the one after which to begin.
 pub enum View {
     /// One estimate per upload.
     Estimates(Option<LifeCursor>),

@@ -75,7 +75,7 @@ pub struct Judged {
     pub outcome: Result<Checked, Refusal>,
 }
 
-/// What became of an upload of a sequence.
+/// The result of an upload of a sequence.
 pub struct Kept {
     /// Its place in the sequence, from 1.
     pub number: u64,

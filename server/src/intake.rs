@@ -16,14 +16,15 @@ use tonic::Status;
 
 use crate::refusal::Refusal;
 
-/// How long the sender of a document or of a message is waited for until it is complete, and the longest silence of
+/// The time for which the sender of a document or of a message is waited for until it is complete, and the longest
+/// silence of
 /// one that sends lines.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 /// A sender of lines that is slower than that for long is not waited for, bytes per second.
 const SLOWEST_BYTES_PER_S: f64 = 256.0;
-/// What is held of all that is unfinished, beyond what is always taken.
+/// The room for all that is unfinished, beyond what is always taken.
 const BUDGET_BYTES: usize = 32 << 20;
-/// So much of a document, a line or a message is always taken.
+/// The part of a document, a line or a message that is always taken.
 const TAKEN_BYTES: usize = 16 << 10;
 /// The flag and the length before every gRPC message.
 const PREFIX_BYTES: usize = 5;
@@ -146,7 +147,7 @@ impl Messages {
     }
 }
 
-/// Where in a message a gRPC body is.
+/// The place in a message where a gRPC body is.
 #[derive(Default)]
 struct Cut {
     prefix: Vec<u8>,

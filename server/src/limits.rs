@@ -1,4 +1,4 @@
-//! How much of anything is taken at once.
+//! Limits: how much of anything is taken at once.
 
 /// Largest body that is one JSON document, and largest line of a body of many.
 pub const MAX_UPLOAD_BYTES: usize = 256 << 10;

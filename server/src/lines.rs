@@ -28,7 +28,7 @@ pub struct Lines {
     ended: bool,
 }
 
-/// What has come of a body and was not taken yet.
+/// The part of a body that has come and was not taken yet.
 #[derive(Default)]
 struct Held {
     bytes: BytesMut,
@@ -153,7 +153,7 @@ mod tests {
 
     type Read = Vec<(u64, Result<Vec<u8>, u16>)>;
 
-    /// How a body ends.
+    /// The end of a body.
     #[derive(Debug, Clone, Copy, PartialEq)]
     enum End {
         Whole,

@@ -2,7 +2,7 @@
 
 use store::StoreError;
 
-/// Why nothing can be stored now; whoever runs the service has to see to it, whoever sends has to come back.
+/// A reason why nothing can be stored now; whoever runs the service has to see to it, whoever sends has to come back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outage {
     /// A full disk, or an exhausted quota.
@@ -18,18 +18,7 @@ pub enum Outage {
 }
 
 impl Outage {
-    /// The kind of problem: a relative URI that never changes.
-    pub const fn kind(self) -> &'static str {
-        match self {
-            Self::StorageFull => "/problems/storage-full",
-            Self::ReadOnly => "/problems/read-only",
-            Self::Locked => "/problems/locked",
-            Self::IoError => "/problems/io-error",
-            Self::Displaced => "/problems/database-displaced",
-        }
-    }
-
-    /// What callers are told.
+    /// The words for callers.
     pub fn words(self) -> &'static str {
         match self {
             Self::StorageFull => "there is no room left to store anything",

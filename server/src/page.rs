@@ -8,6 +8,7 @@ mod docs;
 mod due;
 mod earlier;
 mod fleet;
+mod problems;
 mod reasons;
 mod record;
 mod scoreboard;
@@ -38,6 +39,8 @@ pub fn add(routes: Guarded) -> Guarded {
         .page(Permission::Read, "/tails/{tail}/positions/{position}", get(component::get))
         .page(Permission::Read, "/due", get(due::get))
         .page(Permission::Read, "/scoreboard", get(scoreboard::get))
+        .public_page("/problems", get(problems::list))
+        .public_page("/problems/{kind}", get(problems::get))
         .public_page("/docs", get(docs::enter))
         .public_page("/docs/", get(docs::index))
         .public_page("/docs/{file}", get(docs::get))

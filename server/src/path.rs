@@ -11,6 +11,7 @@ use serde::{
     Deserialize,
     de::{DeserializeOwned, value::MapDeserializer},
 };
+use utoipa::IntoParams;
 
 use crate::refusal::Refusal;
 
@@ -38,25 +39,35 @@ fn not_text(rejection: PathRejection) -> Refusal {
 }
 
 /// A tail in a path.
-#[derive(Deserialize)]
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Path)]
 pub struct Tail {
-    /// The tail.
+    /// The aircraft
+    #[param(value_type = String, example = "EC-MXA")]
     pub tail: TailNumber,
 }
 
 /// A position of a tail in a path.
-#[derive(Deserialize)]
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Path)]
 pub struct Place {
-    /// The tail.
+    /// The aircraft
+    #[param(value_type = String, example = "EC-MXA")]
     pub tail: TailNumber,
-    /// The position.
+    /// The position on it
+    #[param(value_type = String, example = "AIL-L")]
     pub position: Position,
 }
 
 /// A component in a path.
-#[derive(Deserialize)]
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Path)]
 pub struct Unit {
+    /// Part number
+    #[param(value_type = String, example = "EMA-500")]
     part: PartNumber,
+    /// Serial number
+    #[param(value_type = String, example = "SN-0001")]
     serial: SerialNumber,
 }
 

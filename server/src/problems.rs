@@ -17,21 +17,21 @@ use crate::{
 
 type Responses = BTreeMap<String, RefOr<Response>>;
 
-/// Of a route that reads something that may not be there.
+/// The problems of a route that reads something that may not be there.
 pub struct Lookup;
-/// Of a route that lists.
+/// The problems of a route that lists.
 pub struct Listing;
-/// Of a route that takes uploads.
+/// The problems of a route that takes uploads.
 pub struct Uploading;
-/// Of a route that takes a dated version.
+/// The problems of a route that takes a dated version.
 pub struct Dating;
-/// Of a route that takes a maintenance event.
+/// The problems of a route that takes a maintenance event.
 pub struct Reporting;
-/// Of a route that changes what became of something.
+/// The problems of a route that changes what became of something.
 pub struct Action;
-/// Of a route that changes what became of many things.
+/// The problems of a route that changes what became of many things.
 pub struct Retrying;
-/// Of a route that needs the database and nothing else.
+/// The problems of a route that needs the database and nothing else.
 pub struct Probing;
 
 impl IntoResponses for Lookup {
@@ -126,7 +126,7 @@ impl IntoResponses for Probing {
     }
 }
 
-/// How those are refused who are not known, may not, or mean another service.
+/// The refusals of those who are not known, may not, or mean another service.
 pub fn refused(permission: Permission) -> Responses {
     let words = permission.words();
     let scope = Refusal::Forbidden(format!("callers of this scope may not {words}"));

@@ -1,4 +1,4 @@
-//! What the service tells of itself: `/metrics` in Prometheus' text format.
+//! Figures of the service: `/metrics` in Prometheus' text format.
 //!
 //! Crates record through the `metrics` facade under the names of [`metric`](mod@metric); here they are
 //! described, given buckets, and served. Labels never name a tail, a component or an operator.
@@ -25,7 +25,7 @@ const BUCKETS: [f64; 10] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 
 #[derive(Clone)]
 pub struct Metrics(PrometheusHandle);
 
-/// Why nothing is recorded: the process has a recorder already.
+/// The reason why nothing is recorded: the process has a recorder already.
 #[derive(Debug, thiserror::Error)]
 #[error("metrics: {0}")]
 pub struct NoRecorder(#[from] BuildError);
@@ -49,7 +49,7 @@ impl Metrics {
         Ok(Self(handle))
     }
 
-    /// What was recorded, in Prometheus' text format.
+    /// The figures that were recorded, in Prometheus' text format.
     pub fn render(&self) -> String {
         self.0.render()
     }

@@ -1,5 +1,6 @@
-//! What the server says when it does not do what it was asked: once, for both transports.
+//! Refusals: what the server says when it does not do what it was asked, once for both transports.
 
+mod kind;
 mod unauthenticated;
 
 use std::time::Duration;
@@ -23,16 +24,17 @@ use store::StoreError;
 use tonic::{Code, Status};
 use tonic_types::{ErrorDetails, FieldViolation, StatusExt};
 
+pub use kind::Kind;
 pub use unauthenticated::Unauthenticated;
 
 use crate::outage::Outage;
 
-/// When to come back after an overload.
+/// The time after which to come back after an overload, seconds.
 const RETRY_AFTER_S: u64 = 1;
-/// How browsers ask for a token.
+/// The challenge by which browsers ask for a token.
 const BASIC_CHALLENGE: &str = "Basic realm=\"actuary\", charset=\"UTF-8\"";
 
-/// Why a request was refused; the text is for the caller.
+/// A reason why a request was refused; the text is for the caller.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// The body is not JSON.
@@ -98,7 +100,7 @@ pub enum Refusal {
     Internal,
 }
 
-/// By which names a service is called.
+/// The names by which a service is called.
 fn names(open: bool) -> &'static str {
     match open {
         true => "without tokens it answers to localhost, 127.0.0.1 and [::1] only",
@@ -106,11 +108,21 @@ fn names(open: bool) -> &'static str {
     }
 }
 
-/// Whether a request is a gRPC call.
+/// Tells whether a request is a gRPC call.
 pub fn is_grpc(headers: &HeaderMap) -> bool {
     let given = headers.get(CONTENT_TYPE).map_or(&[][..], HeaderValue::as_bytes);
     let rest = given.strip_prefix(b"application/grpc");
     rest.is_some_and(|rest| rest.first().is_none_or(|next| b"+; ".contains(next)))
+}
+
+fn outage_kind(outage: Outage) -> Kind {
+    match outage {
+        Outage::StorageFull => Kind::StorageFull,
+        Outage::ReadOnly => Kind::ReadOnly,
+        Outage::Locked => Kind::Locked,
+        Outage::IoError => Kind::IoError,
+        Outage::Displaced => Kind::Displaced,
+    }
 }
 
 fn named(errors: &[FieldError]) -> String {
@@ -143,6 +155,28 @@ impl Refusal {
         }
     }
 
+    /// The kind of problem.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Malformed(_) => Kind::Malformed,
+            Self::Invalid(_) => Kind::Invalid,
+            Self::Parameters(_) => Kind::Parameters,
+            Self::Unauthenticated(_) => Kind::Unauthenticated,
+            Self::Forbidden(_) => Kind::Forbidden,
+            Self::Misdirected { .. } => Kind::Misdirected,
+            Self::NotFound(_) => Kind::NotFound,
+            Self::MethodNotAllowed => Kind::MethodNotAllowed,
+            Self::Conflict(_) => Kind::Conflict,
+            Self::Contradiction(_) => Kind::Contradiction,
+            Self::TooLarge { .. } => Kind::TooLarge,
+            Self::UnsupportedMediaType { .. } => Kind::UnsupportedMediaType,
+            Self::Interrupted => Kind::Interrupted,
+            Self::Unavailable(_) => Kind::Unavailable,
+            Self::Outage(outage) => outage_kind(*outage),
+            Self::Internal => Kind::Internal,
+        }
+    }
+
     /// The answer to a request, in the words of its transport.
     pub fn answer(self, grpc: bool) -> Response {
         if !grpc {
@@ -169,12 +203,8 @@ impl Refusal {
             Self::Conflict(upload_id) => Some(upload_id.to_string()),
             _ => None,
         };
-        let kind = match self {
-            Self::Outage(outage) => outage.kind(),
-            _ => "about:blank",
-        };
         Problem {
-            kind: kind.to_owned(),
+            kind: self.kind().uri().to_owned(),
             title: status.canonical_reason().unwrap_or_default().to_owned(),
             status: status.as_u16(),
             detail: self.to_string(),
@@ -183,7 +213,7 @@ impl Refusal {
         }
     }
 
-    /// What became of an upload that was refused so.
+    /// The result of an upload that was refused so.
     pub fn ingested(&self) -> Ingested {
         match self {
             Self::Conflict(_) => Ingested::Conflict,

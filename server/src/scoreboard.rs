@@ -1,4 +1,4 @@
-//! How good the forecasts of this service were, by the lives that have finished.
+//! The quality of the forecasts of this service, by the lives that have finished.
 
 use domain::{ADVISORY, OperatorId, Scoreboard};
 use proto::json::ScoreboardBody;
@@ -6,7 +6,7 @@ use store::IssuedLife;
 
 use crate::{refusal::Refusal, state::State};
 
-/// Of each life, one forecast in every stretch of so many flight hours is judged.
+/// The stretch of a life in which one forecast is judged, flight hours.
 const EVERY_FH: f64 = 200.0;
 /// Most lives that are judged, those that failed last.
 const MAX_LIVES: u32 = 500;

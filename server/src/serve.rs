@@ -1,4 +1,4 @@
-//! From a listener to answered connections, and an end within a bounded time.
+//! Serving: from a listener to answered connections, and an end within a bounded time.
 
 use std::{convert::Infallible, io, net::SocketAddr, sync::Arc, time::Duration};
 
@@ -38,11 +38,11 @@ use crate::{
 const HEADER_TIMEOUT: Duration = Duration::from_secs(20);
 /// A client that has not finished its handshake by then is cut off.
 const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
-/// How long a client whose handshake was refused may take to read why.
+/// The time that a client whose handshake was refused may take to read why.
 const FAREWELL: Duration = Duration::from_secs(1);
 /// A silent HTTP/2 peer is asked for a sign of life.
 const PING_INTERVAL: Duration = Duration::from_secs(30);
-/// How long answers under way may take after the stop.
+/// The time that answers under way may take after the stop.
 const DRAIN: Duration = Duration::from_secs(5);
 /// What is held of a connection of HTTP/1 on its way in, and on its way out; a header is no longer.
 const BUFFER_BYTES: usize = 64 << 10;
@@ -53,9 +53,10 @@ const WINDOW_BYTES: (u32, u32) = (64 << 10, 192 << 10);
 const MAX_STREAMS: u32 = 100;
 /// Places for connections where nothing but probes is answered.
 const MAX_PROBING: usize = 64;
-/// How often what was recorded is sorted, whether or not anybody asks for it, and clients that read nothing are left.
+/// The interval at which what was recorded is sorted, whether or not anybody asks for it, and clients that read nothing
+/// are left.
 const UPKEEP: Duration = Duration::from_secs(5);
-/// How often it is seen whether the files of TLS have changed.
+/// The interval at which it is seen whether the files of TLS have changed.
 const TLS_REFRESH: Duration = Duration::from_secs(1);
 /// Pause after the system refused a connection, such as for want of file descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
@@ -89,7 +90,7 @@ pub async fn serve_probes(listener: TcpListener, probed: Probed, shutdown: impl 
     answer(listening, CancellationToken::new(), shutdown).await;
 }
 
-/// What answers, and where.
+/// The parts of a service that listens.
 struct Listening {
     listener: TcpListener,
     tls: Option<Tls>,
@@ -147,7 +148,7 @@ fn builder() -> auto::Builder<TokioExecutor> {
 
 type Watcher = hyper_util::server::graceful::Watcher;
 
-/// What every connection comes through.
+/// The way that every connection takes.
 #[derive(Clone)]
 struct Door {
     builder: auto::Builder<TokioExecutor>,

@@ -1,4 +1,4 @@
-//! What the server serves from: what it is given, and what its handlers share.
+//! The state of the server: what it is given, and what its handlers share.
 
 use std::{ops::Deref, sync::Arc, time::Duration};
 
@@ -12,7 +12,7 @@ use crate::{auth::HostName, intake::Budget, masks::Masks, prometheus::Metrics, s
 /// Tells the present.
 pub type Clock = Arc<dyn Fn() -> Timestamp + Send + Sync>;
 
-/// What the server serves from.
+/// The things that the server serves from.
 #[derive(Clone)]
 pub struct State {
     /// The database.
@@ -29,17 +29,17 @@ pub struct State {
     pub max_connections: usize,
     /// Judges the forecasts of lives that have finished.
     pub scorer: Arc<dyn Scorer>,
-    /// What is told on `/metrics`.
+    /// The figures on `/metrics`.
     pub metrics: Metrics,
 }
 
-/// What all handlers share.
+/// The things that all handlers share.
 #[derive(Clone)]
 pub struct Shared(Arc<Context>);
 
 /// See [`Shared`].
 pub struct Context {
-    /// What is served from.
+    /// The state that is served from.
     pub state: State,
     /// The room for bodies that are still coming in.
     pub budget: Budget,
@@ -53,7 +53,7 @@ pub struct Context {
 }
 
 impl Shared {
-    /// What all handlers are to share.
+    /// Wraps what all handlers are to share.
     pub fn new(context: Context) -> Self {
         Self(Arc::new(context))
     }

@@ -30,7 +30,7 @@ pub use bearer::bearer;
 
 use crate::state::Clock;
 
-/// What a client may speak, the best first.
+/// The protocols that a client may speak, the best first.
 const PROTOCOLS: [&[u8]; 2] = [b"h2", b"http/1.1"];
 
 /// The PEM files that TLS is made from.
@@ -46,7 +46,7 @@ pub struct TlsFiles {
     pub client_crl: Option<PathBuf>,
 }
 
-/// Why TLS cannot be made from a file.
+/// A reason why TLS cannot be made from a file.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {reason}", file.display())]
 pub struct TlsError {
@@ -66,7 +66,7 @@ struct Shared {
     now: RwLock<Loaded>,
 }
 
-/// What was made from the files.
+/// The configuration that was made from the files.
 struct Loaded {
     config: Arc<ServerConfig>,
     verifier: Option<Arc<dyn ClientCertVerifier>>,
@@ -105,17 +105,17 @@ impl Tls {
         }
     }
 
-    /// Whether clients may show certificates.
+    /// Tells whether clients may show certificates.
     pub fn knows_clients(&self) -> bool {
         self.0.files.client_ca.is_some()
     }
 
-    /// What makes handshakes now.
+    /// The acceptor that makes handshakes now.
     pub(crate) fn acceptor(&self) -> TlsAcceptor {
         self.0.now.read().expect("no holder panics").config.clone().into()
     }
 
-    /// Whether the chain of a client certificate is good.
+    /// Judges the chain of a client certificate.
     pub(crate) fn judge(&self, chain: &[CertificateDer<'_>], now: Timestamp) -> Result<(), rustls::Error> {
         let verifier = self.0.now.read().expect("no holder panics").verifier.clone();
         let Some((certificate, intermediates)) = chain.split_first() else {
@@ -138,7 +138,7 @@ impl TlsFiles {
         [&self.certificate, &self.key].into_iter().chain(further.into_iter().flatten()).map(PathBuf::as_path)
     }
 
-    /// When each file was changed, and how long it is.
+    /// The time at which each file was changed, and its length.
     fn seen(&self) -> Vec<Option<(SystemTime, u64)>> {
         let seen = |file: &Path| {
             let metadata = fs::metadata(file).ok()?;
@@ -283,7 +283,7 @@ impl ClientCertVerifier for AircraftVerifier {
     }
 }
 
-/// What is wrong with a client certificate, in words.
+/// The fault of a client certificate, in words.
 pub fn words(error: &rustls::Error) -> String {
     match error {
         rustls::Error::InvalidCertificate(error) => match error {
@@ -303,7 +303,7 @@ pub fn words(error: &rustls::Error) -> String {
     }
 }
 
-/// What went wrong in a handshake, for the log; whether it was the client's certificate.
+/// The fault of a handshake, for the log, and whether it was the client's certificate.
 pub fn refused(error: &io::Error) -> (String, bool) {
     let tls = error.get_ref().and_then(|error| error.downcast_ref::<rustls::Error>());
     match tls {

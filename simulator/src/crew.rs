@@ -5,7 +5,7 @@ use std::sync::Arc;
 use domain::Mask;
 use ema::{faults::ElectricalFaults, motor::Motor, wear::AMBIENT_TEMPERATURE};
 use numerics::Stream;
-use proto::json::{FindingOutcome, MaintenanceBody, MaintenanceKind, UploadBody};
+use proto::json::{MaintenanceBody, MaintenanceKind, UploadBody};
 use tokio::{sync::Semaphore, task::spawn_blocking};
 
 use crate::{
@@ -60,7 +60,7 @@ impl Crew {
         &self,
         step: &Step,
         kind: MaintenanceKind,
-        outcome: Option<FindingOutcome>,
+        outcome: Option<domain::Finding>,
         heard: &Heard,
     ) -> Result<(), FleetError> {
         let event = MaintenanceBody {

@@ -12,7 +12,7 @@ use std::{
 };
 
 use numerics::Stream;
-use proto::json::{FindingOutcome, MaintenanceKind};
+use proto::json::MaintenanceKind;
 
 use crate::{
     plan::{FLIGHT_FH, FleetPlan},
@@ -94,7 +94,7 @@ pub enum What {
     /// A flight, which ends with an upload.
     Flight,
     /// What mechanics did or found after it.
-    Upkeep(MaintenanceKind, Option<FindingOutcome>),
+    Upkeep(MaintenanceKind, Option<domain::Finding>),
 }
 
 /// Who sits in a slot.
@@ -216,7 +216,7 @@ impl Roster {
             }
             replaced.insert(number);
             if seated.has_failed() {
-                let found = What::Upkeep(MaintenanceKind::Finding, Some(FindingOutcome::Failed));
+                let found = What::Upkeep(MaintenanceKind::Finding, Some(domain::Finding::Failed));
                 steps.push(step(seated, number, self.fleet_fh() + FOUND, found));
             }
             let successor = self.successor(number);

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use proto::json::{AsOfBody, DueBody, DueItem, Status};
+use domain::{AsOf, Status};
+use proto::json::{DueBody, DueItem};
 
 use super::words;
 
@@ -79,12 +80,12 @@ fn unknown_line(table: &mut String, item: &DueItem) {
         .expect("writing to a string");
 }
 
-fn as_of(as_of: Option<&AsOfBody>) -> String {
+fn as_of(as_of: Option<&AsOf>) -> String {
     as_of.map_or_else(
         || "nothing yet".to_owned(),
         |as_of| {
-            let day = as_of.recorded_at.split('T').next().unwrap_or_default();
-            format!("{:.0} fh, {day}", as_of.flight_hours)
+            let time = as_of.recorded_at.to_string();
+            format!("{:.0} fh, {}", as_of.flight_hours, time.split('T').next().unwrap_or_default())
         },
     )
 }

@@ -1,19 +1,19 @@
 //! Answers: the REST body is the one assembly, gRPC tells the same in its own words.
 
-use domain::Timestamp;
+use domain::{AsOf, HingeLoad, LoadSource, Propagation, Status};
 
 use super::upload::timestamp;
 use crate::{json, v1};
 
-impl From<json::Status> for v1::Status {
-    fn from(status: json::Status) -> Self {
+impl From<Status> for v1::Status {
+    fn from(status: Status) -> Self {
         match status {
-            json::Status::Failed => Self::Failed,
-            json::Status::InsufficientHistory => Self::InsufficientHistory,
-            json::Status::Stale => Self::Stale,
-            json::Status::Inconsistent => Self::Inconsistent,
-            json::Status::BeyondHorizon => Self::BeyondHorizon,
-            json::Status::Ok => Self::Ok,
+            Status::Failed => Self::Failed,
+            Status::InsufficientHistory => Self::InsufficientHistory,
+            Status::Stale => Self::Stale,
+            Status::Inconsistent => Self::Inconsistent,
+            Status::BeyondHorizon => Self::BeyondHorizon,
+            Status::Ok => Self::Ok,
         }
     }
 }
@@ -59,17 +59,12 @@ pub(super) fn each<T: Into<U>, U>(items: Vec<T>) -> Vec<U> {
     items.into_iter().map(Into::into).collect()
 }
 
-/// The time of a text that was written from a time.
-pub(super) fn written_time(text: &str) -> Option<prost_types::Timestamp> {
-    text.parse::<Timestamp>().ok().map(timestamp)
-}
-
-impl From<json::AsOfBody> for v1::AsOf {
-    fn from(as_of: json::AsOfBody) -> Self {
+impl From<AsOf> for v1::AsOf {
+    fn from(as_of: AsOf) -> Self {
         Self {
             flight_hours: as_of.flight_hours,
-            recorded_at: written_time(&as_of.recorded_at),
-            upload_id: as_of.upload_id,
+            recorded_at: Some(timestamp(as_of.recorded_at)),
+            upload_id: as_of.upload_id.into(),
         }
     }
 }
@@ -102,8 +97,8 @@ impl From<json::Fault> for v1::Fault {
     }
 }
 
-impl From<json::PropagationBody> for v1::Propagation {
-    fn from(propagation: json::PropagationBody) -> Self {
+impl From<Propagation> for v1::Propagation {
+    fn from(propagation: Propagation) -> Self {
         Self {
             state_matrix: Some(matrix(propagation.state_matrix)),
             state_matrix_sigma: Some(matrix(propagation.state_matrix_sigma)),
@@ -126,21 +121,26 @@ impl From<json::MonteCarlo> for v1::MonteCarlo {
     }
 }
 
-impl From<json::LoadSource> for v1::LoadSource {
-    fn from(source: json::LoadSource) -> Self {
+impl From<LoadSource> for v1::LoadSource {
+    fn from(source: LoadSource) -> Self {
         match source {
-            json::LoadSource::StrainAndAirData => Self::StrainAndAirData,
-            json::LoadSource::Strain => Self::Strain,
-            json::LoadSource::AirData => Self::AirData,
+            LoadSource::StrainAndAirData => Self::StrainAndAirData,
+            LoadSource::Strain => Self::Strain,
+            LoadSource::AirData => Self::AirData,
         }
     }
 }
 
-impl From<json::LoadBody> for v1::HingeLoad {
-    fn from(load: json::LoadBody) -> Self {
-        let json::LoadBody { hinge_moment_nm, sigma_nm, ratio, source, excluded_sensors, sensor_configuration } = load;
-        let source = v1::LoadSource::from(source).into();
-        Self { hinge_moment_nm, sigma_nm, ratio, source, excluded_sensors, sensor_configuration }
+impl From<HingeLoad> for v1::HingeLoad {
+    fn from(load: HingeLoad) -> Self {
+        Self {
+            hinge_moment_nm: load.hinge_moment_nm,
+            sigma_nm: load.sigma_nm,
+            ratio: load.ratio,
+            source: v1::LoadSource::from(load.source).into(),
+            excluded_sensors: load.excluded_sensors.into_iter().map(u32::from).collect(),
+            sensor_configuration: load.sensor_configuration.into(),
+        }
     }
 }
 

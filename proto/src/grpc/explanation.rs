@@ -1,10 +1,15 @@
 //! Explanations and doubts.
 
-use super::answer::each;
-use crate::{json, v1};
+use domain::{
+    Doubt, DoubtKind, Explanation,
+    explanation::{Driver, Growth, GrowthChange, Movement, Surprise},
+};
 
-impl From<json::ExplanationBody> for v1::Explanation {
-    fn from(explanation: json::ExplanationBody) -> Self {
+use super::answer::each;
+use crate::v1;
+
+impl From<Explanation> for v1::Explanation {
+    fn from(explanation: Explanation) -> Self {
         Self {
             drivers: each(explanation.drivers),
             growth: explanation.growth.map(Into::into),
@@ -13,28 +18,28 @@ impl From<json::ExplanationBody> for v1::Explanation {
     }
 }
 
-impl From<json::Driver> for v1::Driver {
-    fn from(json::Driver { faults, share }: json::Driver) -> Self {
+impl From<Driver> for v1::Driver {
+    fn from(Driver { faults, share }: Driver) -> Self {
         Self { faults, share }
     }
 }
 
-impl From<json::Growth> for v1::Growth {
-    fn from(growth: json::Growth) -> Self {
-        let json::Growth { multiplier, sigma, changed_probability, latest_change } = growth;
+impl From<Growth> for v1::Growth {
+    fn from(growth: Growth) -> Self {
+        let Growth { multiplier, sigma, changed_probability, latest_change } = growth;
         Self { multiplier, sigma, changed_probability, latest_change: latest_change.map(Into::into) }
     }
 }
 
-impl From<json::GrowthChange> for v1::GrowthChange {
-    fn from(change: json::GrowthChange) -> Self {
-        let json::GrowthChange { from_fh, to_fh, factor, factor_p10, factor_p90 } = change;
+impl From<GrowthChange> for v1::GrowthChange {
+    fn from(change: GrowthChange) -> Self {
+        let GrowthChange { from_fh, to_fh, factor, factor_p10, factor_p90 } = change;
         Self { from_fh, to_fh, factor, factor_p10, factor_p90 }
     }
 }
 
-impl From<json::Movement> for v1::Movement {
-    fn from(movement: json::Movement) -> Self {
+impl From<Movement> for v1::Movement {
+    fn from(movement: Movement) -> Self {
         Self {
             since: Some(movement.since.into()),
             passed_fh: movement.passed_fh,
@@ -46,20 +51,20 @@ impl From<json::Movement> for v1::Movement {
     }
 }
 
-impl From<json::Surprise> for v1::Surprise {
-    fn from(surprise: json::Surprise) -> Self {
-        let json::Surprise { fault, expected, seen, z } = surprise;
+impl From<Surprise> for v1::Surprise {
+    fn from(surprise: Surprise) -> Self {
+        let Surprise { fault, expected, seen, z } = surprise;
         Self { fault, expected, seen, z }
     }
 }
 
-impl From<json::Doubt> for v1::Doubt {
-    fn from(doubt: json::Doubt) -> Self {
+impl From<Doubt> for v1::Doubt {
+    fn from(doubt: Doubt) -> Self {
         let kind = match doubt.kind {
-            json::DoubtKind::Inconsistent => v1::DoubtKind::Inconsistent,
-            json::DoubtKind::OutsideTraining => v1::DoubtKind::OutsideTraining,
-            json::DoubtKind::Gap => v1::DoubtKind::Gap,
-            json::DoubtKind::Hours => v1::DoubtKind::Hours,
+            DoubtKind::Inconsistent => v1::DoubtKind::Inconsistent,
+            DoubtKind::OutsideTraining => v1::DoubtKind::OutsideTraining,
+            DoubtKind::Gap => v1::DoubtKind::Gap,
+            DoubtKind::Hours => v1::DoubtKind::Hours,
         };
         Self { kind: kind.into(), detail: doubt.detail }
     }

@@ -1,6 +1,6 @@
 //! Histories: a page of either view.
 
-use super::answer::{each, written_time};
+use super::{answer::each, upload::timestamp};
 use crate::{json, v1};
 
 impl From<json::Page<json::HealthItem>> for v1::ListHealthResponse {
@@ -18,7 +18,7 @@ impl From<json::Page<json::StateItem>> for v1::ListHealthResponse {
 impl From<json::HealthItem> for v1::Estimate {
     fn from(item: json::HealthItem) -> Self {
         Self {
-            recorded_at: written_time(&item.recorded_at),
+            recorded_at: Some(timestamp(item.recorded_at)),
             upload_id: item.upload_id,
             flight_hours: item.flight_hours,
             outcome: v1::Outcome::from(item.outcome).into(),

@@ -1,9 +1,10 @@
 //! A component wherever it is installed.
 
+use domain::AsOf;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{AsOfBody, EventItem};
+use super::EventItem;
 
 /// A component: where it was installed, its lives, and what maintenance found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -107,10 +108,10 @@ pub struct LifeItem {
     pub generations: Vec<GenerationItem>,
     /// Its first upload that counts, in the order of the life; null while none has an estimate.
     #[schema(required)]
-    pub first: Option<AsOfBody>,
+    pub first: Option<AsOf>,
     /// Its last upload that counts.
     #[schema(required)]
-    pub last: Option<AsOfBody>,
+    pub last: Option<AsOf>,
     /// The component's hours since new at which it was found failed, which ended the life; null while it
     /// goes on.
     #[schema(required, example = json!(null))]

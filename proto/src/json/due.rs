@@ -1,9 +1,8 @@
 //! Which components are due, as served.
 
+use domain::{AsOf, Doubt, Status};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
-
-use super::{AsOfBody, Doubt, Status};
 
 /// One page of the due list: components that have failed or whose probability of failure exceeds the
 /// risk, worst first; behind them those of which nothing can be said. A page holds at most `limit` of
@@ -14,7 +13,7 @@ pub struct DueBody {
     #[schema(example = 500.0)]
     pub within_fh: f64,
     /// The risk that was asked about.
-    #[schema(example = 0.1)]
+    #[schema(minimum = 0, maximum = 1, example = 0.1)]
     pub risk: f64,
     /// Numbers of components, over all pages.
     pub totals: DueTotals,
@@ -70,7 +69,7 @@ pub struct DueItem {
     pub dominant_fault: Option<String>,
     /// P(failure within the hours that were asked about); null for a component that was found failed or is
     /// unknown.
-    #[schema(required, example = 0.37)]
+    #[schema(minimum = 0, maximum = 1, required, example = 0.37)]
     pub p: Option<f64>,
     /// Its Monte-Carlo standard error.
     #[schema(required, example = 0.015)]
@@ -81,7 +80,7 @@ pub struct DueItem {
     pub latest_safe: Option<LatestSafe>,
     /// The newest data.
     #[schema(required)]
-    pub as_of: Option<AsOfBody>,
+    pub as_of: Option<AsOf>,
     /// Reasons not to trust the forecast; null when there is none.
     #[schema(required)]
     pub doubts: Option<Vec<Doubt>>,

@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use domain::{Estimate, State};
+use domain::{
+    AsOf, Doubt, Estimate, HingeLoad, State, Timestamp,
+    explanation::{Growth, Movement},
+};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{AsOfBody, Doubt, Fault, FaultsByName, Growth, LoadBody, Movement, RulQuantiles};
+use super::{Fault, FaultsByName, RulQuantiles};
 
 /// Whether an upload could be diagnosed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -28,8 +31,8 @@ pub struct HealthItem {
     #[schema(example = 1234.5)]
     pub flight_hours: f64,
     /// When the samples were taken.
-    #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
-    pub recorded_at: String,
+    #[schema(value_type = String, format = "date-time", example = "2026-03-01T12:30:00Z")]
+    pub recorded_at: Timestamp,
     /// Whether the upload could be diagnosed.
     pub outcome: Outcome,
     /// Why not.
@@ -40,7 +43,7 @@ pub struct HealthItem {
     pub fault_vector: Option<BTreeMap<String, FaultEstimate>>,
     /// The actuator's load; null where neither strain nor air data tell it.
     #[schema(required)]
-    pub load: Option<LoadBody>,
+    pub load: Option<HingeLoad>,
     /// Whether the samples fit any healthy or faulty map; null when undiagnosable. One that does not counts nowhere.
     #[schema(required, example = true)]
     pub plausible: Option<bool>,
@@ -84,11 +87,11 @@ impl HealthItem {
         Self {
             upload_id: estimate.upload_id.to_string(),
             flight_hours: estimate.flight_hours,
-            recorded_at: estimate.recorded_at.to_string(),
+            recorded_at: estimate.recorded_at,
             outcome,
             reason,
             fault_vector: faults,
-            load: estimate.load.as_ref().map(LoadBody::from),
+            load: estimate.load.clone(),
             plausible: diagnosis.map(|diagnosis| diagnosis.plausible),
             load_invariant: diagnosis.map(|diagnosis| diagnosis.load_invariant),
             mask_id: estimate.mask_id.to_string(),
@@ -108,7 +111,7 @@ pub struct StateItem {
     #[schema(example = 1221.0)]
     pub from_fh: f64,
     /// The block's last observation.
-    pub as_of: AsOfBody,
+    pub as_of: AsOf,
     /// Observations in it.
     #[schema(example = 7)]
     pub observations: usize,
@@ -118,7 +121,7 @@ pub struct StateItem {
     /// Remaining useful life as known then, from `as_of.flight_hours`, flight hours.
     pub rul_fh: RulQuantiles,
     /// Share of the draws that outlive the horizon.
-    #[schema(example = 0.02)]
+    #[schema(minimum = 0, maximum = 1, example = 0.02)]
     pub censored_fraction: f64,
     /// The horizon, flight hours.
     #[schema(example = 10000.0)]
@@ -138,15 +141,15 @@ impl From<&State> for StateItem {
         Self {
             block: state.block,
             from_fh: state.from_fh,
-            as_of: AsOfBody::from(&state.as_of),
+            as_of: state.as_of.clone(),
             observations: state.observations,
             fault_vector: Fault::by_name(&state.faults),
             rul_fh: RulQuantiles::new(state.rul_mean_fh, state.rul_quantiles_fh),
             censored_fraction: state.censored_fraction,
             horizon_fh: state.horizon_fh,
-            growth: state.growth.as_ref().map(Growth::from),
-            movement: state.movement.as_ref().map(Movement::from),
-            doubts: state.doubts.iter().map(Doubt::from).collect(),
+            growth: state.growth.clone(),
+            movement: state.movement.clone(),
+            doubts: state.doubts.clone(),
         }
     }
 }

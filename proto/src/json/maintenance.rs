@@ -27,7 +27,7 @@ pub struct MaintenanceBody {
     pub kind: MaintenanceKind,
     /// What a finding found: required for a finding, and only for one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub outcome: Option<FindingOutcome>,
+    pub outcome: Option<Finding>,
     /// The component's part number, 1-32 printable characters that people can see and tell apart.
     #[schema(example = "EMA-500")]
     pub part_number: String,
@@ -38,7 +38,7 @@ pub struct MaintenanceBody {
     #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
     pub occurred_at: String,
     /// The component's hours since new, which no overhaul resets.
-    #[schema(minimum = 0, example = 5234.5)]
+    #[schema(maximum = 1000000, minimum = 0, example = 5234.5)]
     pub flight_hours: f64,
     /// What the mechanic wrote, at most 2000 characters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -58,16 +58,6 @@ pub enum MaintenanceKind {
     Overhaul,
     /// It was inspected or tested.
     Finding,
-}
-
-/// What an inspection found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum FindingOutcome {
-    /// The component no longer meets its requirements: this ends its life, and forecasts are judged by it.
-    Failed,
-    /// It meets them.
-    Serviceable,
 }
 
 /// What became of a reported event.
@@ -116,7 +106,7 @@ pub struct EventItem {
     pub kind: MaintenanceKind,
     /// What a finding found.
     #[schema(required)]
-    pub outcome: Option<FindingOutcome>,
+    pub outcome: Option<Finding>,
     /// When.
     #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
     pub occurred_at: String,
@@ -174,7 +164,7 @@ impl MaintenanceBody {
 
     fn kind(&self, invalid: &mut Invalid) -> Option<EventKind> {
         let kind = match (self.kind, self.outcome) {
-            (MaintenanceKind::Finding, Some(outcome)) => return Some(EventKind::Finding(outcome.into())),
+            (MaintenanceKind::Finding, Some(outcome)) => return Some(EventKind::Finding(outcome)),
             (MaintenanceKind::Finding, None) => {
                 invalid.push("#/outcome", "missing: a finding is \"failed\" or \"serviceable\"");
                 return None;
@@ -191,15 +181,6 @@ impl MaintenanceBody {
     }
 }
 
-impl From<FindingOutcome> for Finding {
-    fn from(outcome: FindingOutcome) -> Self {
-        match outcome {
-            FindingOutcome::Failed => Self::Failed,
-            FindingOutcome::Serviceable => Self::Serviceable,
-        }
-    }
-}
-
 impl EventItem {
     /// An event as stored.
     pub fn new(event: MaintenanceEvent, received_at: Timestamp, voided_at: Option<Timestamp>) -> Self {
@@ -207,8 +188,7 @@ impl EventItem {
             EventKind::Install => (MaintenanceKind::Install, None),
             EventKind::Remove => (MaintenanceKind::Remove, None),
             EventKind::Overhaul => (MaintenanceKind::Overhaul, None),
-            EventKind::Finding(Finding::Failed) => (MaintenanceKind::Finding, Some(FindingOutcome::Failed)),
-            EventKind::Finding(Finding::Serviceable) => (MaintenanceKind::Finding, Some(FindingOutcome::Serviceable)),
+            EventKind::Finding(found) => (MaintenanceKind::Finding, Some(found)),
         };
         Self {
             event_id: event.event_id.into(),

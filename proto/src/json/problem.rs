@@ -7,13 +7,15 @@ use utoipa::ToSchema;
 /// An `application/problem+json` body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Problem {
-    /// The kind of problem, a URI reference: `about:blank` says no more than the HTTP status. When nothing can be
-    /// stored: `/problems/storage-full`, `/problems/read-only`, `/problems/locked` or `/problems/io-error`.
+    /// The kind of problem, a URI reference that never changes its meaning. The service answers it with a page that says
+    /// what it means and what to do; `/problems` lists all.
     #[serde(rename = "type")]
+    #[schema(format = "uri-reference", pattern = "^/problems/[a-z-]+$", example = "/problems/conflict")]
     pub kind: String,
     /// The kind in words.
     pub title: String,
     /// The HTTP status.
+    #[schema(minimum = 400, maximum = 599)]
     pub status: u16,
     /// What happened this time, and what to do.
     pub detail: String,

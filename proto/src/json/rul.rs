@@ -2,58 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use domain::{FaultTrend, Propagation, RulDistribution};
+use domain::{AsOf, Doubt, Explanation, FaultTrend, HingeLoad, Propagation, RulDistribution, Status};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
-
-use super::{AsOfBody, Doubt, ExplanationBody, LoadBody};
-
-/// How to read a prognosis now: the first that applies. Ordered from the worst to the best; unknown
-/// is worse than any forecast.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Status {
-    /// Found failed on the ground, or the assessment says faulty already, more likely than not, by observations of now.
-    Failed,
-    /// No closed block of observations yet: unknown.
-    InsufficientHistory,
-    /// The newest data is old: unknown, not healthy.
-    Stale,
-    /// The observations contradict the model of damage or one another, or a failure is only inferred over a gap:
-    /// unknown; the numbers are kept, but not to act on. The doubts say which.
-    Inconsistent,
-    /// A forecast to act on.
-    Ok,
-    /// The median outlives the horizon.
-    BeyondHorizon,
-}
-
-impl Status {
-    /// The code.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Failed => "failed",
-            Self::InsufficientHistory => "insufficient_history",
-            Self::Stale => "stale",
-            Self::Inconsistent => "inconsistent",
-            Self::Ok => "ok",
-            Self::BeyondHorizon => "beyond_horizon",
-        }
-    }
-}
-
-impl From<domain::Status> for Status {
-    fn from(status: domain::Status) -> Self {
-        match status {
-            domain::Status::Failed => Self::Failed,
-            domain::Status::InsufficientHistory => Self::InsufficientHistory,
-            domain::Status::Stale => Self::Stale,
-            domain::Status::Inconsistent => Self::Inconsistent,
-            domain::Status::BeyondHorizon => Self::BeyondHorizon,
-            domain::Status::Ok => Self::Ok,
-        }
-    }
-}
 
 /// The remaining useful life of one component, as now installed. What is not known yet is null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -75,7 +26,7 @@ pub struct RulBody {
     pub life: u32,
     /// The newest data; null until it has been judged.
     #[schema(required)]
-    pub as_of: Option<AsOfBody>,
+    pub as_of: Option<AsOf>,
     /// How to read the answer now.
     pub status: Status,
     /// The component's hours since new at which maintenance found it failed; null while it did not.
@@ -88,7 +39,7 @@ pub struct RulBody {
     #[schema(required)]
     pub rul_fh: Option<RulQuantiles>,
     /// Share of the draws that outlive the horizon.
-    #[schema(required, example = 0.02)]
+    #[schema(minimum = 0, maximum = 1, required, example = 0.02)]
     pub censored_fraction: Option<f64>,
     /// The horizon, flight hours.
     #[schema(required, example = 10000.0)]
@@ -107,16 +58,16 @@ pub struct RulBody {
     pub dominant_fault: Option<String>,
     /// Why the forecast says so; null when there is none.
     #[schema(required)]
-    pub explanation: Option<ExplanationBody>,
+    pub explanation: Option<Explanation>,
     /// Reasons not to trust the forecast; empty when nothing speaks against it, null when there is none.
     #[schema(required)]
     pub doubts: Option<Vec<Doubt>>,
     /// The actuator's load in the newest data that tells it.
     #[schema(required)]
-    pub load: Option<LoadBody>,
+    pub load: Option<HingeLoad>,
     /// The refitted propagation model.
     #[schema(required)]
-    pub propagation: Option<PropagationBody>,
+    pub propagation: Option<Propagation>,
     /// How the draws were made.
     #[schema(required)]
     pub monte_carlo: Option<MonteCarlo>,
@@ -197,7 +148,7 @@ pub struct FailureProbability {
     #[schema(example = 500.0)]
     pub within_fh: f64,
     /// The probability; null beyond the horizon.
-    #[schema(required, example = 0.004)]
+    #[schema(minimum = 0, maximum = 1, required, example = 0.004)]
     pub p: Option<f64>,
     /// Its Monte-Carlo standard error.
     #[schema(required, example = 0.002)]
@@ -250,37 +201,6 @@ impl Fault {
     pub fn by_name(trends: &[FaultTrend]) -> FaultsByName {
         let fault = |t: &FaultTrend| Self { value: t.value, sigma: t.sigma, trend_per_1000_fh: t.trend_per_1000_fh };
         trends.iter().map(|trend| (trend.name.clone(), fault(trend))).collect()
-    }
-}
-
-/// The refitted damage-propagation model x' = A x + B u.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct PropagationBody {
-    /// A, 1/h, row by row.
-    pub state_matrix: Vec<Vec<f64>>,
-    /// Standard deviations of A.
-    pub state_matrix_sigma: Vec<Vec<f64>>,
-    /// B, 1/h, row by row; columns as u = [1, load, temperature].
-    pub control_matrix: Vec<Vec<f64>>,
-    /// Standard deviations of B.
-    pub control_matrix_sigma: Vec<Vec<f64>>,
-    /// The estimator's name.
-    pub estimator: String,
-    /// Observations that it rests on.
-    pub observations: usize,
-}
-
-impl From<&Propagation> for PropagationBody {
-    fn from(propagation: &Propagation) -> Self {
-        let Propagation {
-            state_matrix,
-            state_matrix_sigma,
-            control_matrix,
-            control_matrix_sigma,
-            estimator,
-            observations,
-        } = propagation.clone();
-        Self { state_matrix, state_matrix_sigma, control_matrix, control_matrix_sigma, estimator, observations }
     }
 }
 

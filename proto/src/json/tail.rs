@@ -1,9 +1,10 @@
 //! Tails and what is installed on them.
 
+use domain::Status;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{RulBody, Status};
+use super::RulBody;
 
 /// One tail in short.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]

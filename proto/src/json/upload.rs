@@ -1,15 +1,12 @@
 //! An upload on the wire and what became of it.
 
-use std::{fmt, ops::RangeInclusive};
+use std::ops::RangeInclusive;
 
 use domain::{
     AirData, Invalid, LoadRatio, PartNumber, Position, SerialNumber, SetAsideReason, Strain, TailNumber, Timestamp,
     Upload, UploadId,
 };
-use serde::{
-    Deserialize, Deserializer, Serialize,
-    de::{SeqAccess, Visitor},
-};
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{HealthItem, Problem, WarningItem};
@@ -31,10 +28,11 @@ pub struct UploadBody {
     #[schema(example = "SN-0001")]
     pub serial_number: String,
     /// The component's hours since new, never reset.
-    #[schema(minimum = 0, example = 1234.5)]
+    #[schema(maximum = 500000, minimum = 0, example = 1234.5)]
     pub flight_hours: f64,
     /// The component's cycles since new.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(maximum = 10000000)]
     pub flight_cycles: Option<u64>,
     /// When the samples were taken, RFC 3339 with an offset; kept to the microsecond.
     #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
@@ -47,63 +45,28 @@ pub struct UploadBody {
     pub samples: Vec<Option<f64>>,
     /// Load ratio r = R i/(k w): one per sample, or the mean of the map.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub load_ratio: Option<LoadRatioBody>,
+    pub load_ratio: Option<LoadRatio>,
     /// Standard deviation of one sample, in units of the nominal back-EMF constant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1)]
     pub sample_noise: Option<f64>,
     /// Wing strain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub strain: Option<StrainBody>,
+    pub strain: Option<Strain>,
     /// Flight condition.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub air_data: Option<AirDataBody>,
+    pub air_data: Option<AirData>,
     /// Ambient temperature, degrees Celsius.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = -100, maximum = 150)]
     pub temperature_c: Option<f64>,
     /// Winding temperature, degrees Celsius.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = -100, maximum = 300)]
     pub winding_temperature_c: Option<f64>,
     /// Whether the aircraft was on the ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_ground: Option<bool>,
-}
-
-/// Load ratio: a number or a list.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-#[serde(untagged)]
-pub enum LoadRatioBody {
-    /// Mean of the map: worse than one per sample.
-    Mean(f64),
-    /// One per sample, null like the sample.
-    PerSample(Vec<Option<f64>>),
-}
-
-/// Wavelengths of the fibre Bragg gratings, nm; null for a missing peak.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct StrainBody {
-    /// The 12 strain gratings.
-    pub wavelengths_nm: Vec<Option<f64>>,
-    /// The 4 temperature gratings.
-    pub temperature_wavelengths_nm: Vec<Option<f64>>,
-}
-
-/// The flight condition, SI units and radians.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct AirDataBody {
-    /// Dynamic pressure, Pa.
-    pub dynamic_pressure_pa: f64,
-    /// True airspeed, m/s.
-    pub airspeed_m_s: f64,
-    /// Angle of attack, rad.
-    pub angle_of_attack_rad: f64,
-    /// Roll rate, rad/s.
-    pub roll_rate_rad_s: f64,
-    /// Flap deflection, rad.
-    pub flap_rad: f64,
-    /// Aileron deflection, rad.
-    pub aileron_rad: f64,
 }
 
 impl UploadBody {
@@ -129,10 +92,10 @@ impl UploadBody {
                 recorded_at: recorded_at?,
                 mask_id: mask_id?,
                 samples: self.samples,
-                load_ratio: self.load_ratio.map(LoadRatio::from),
+                load_ratio: self.load_ratio,
                 sample_noise: self.sample_noise,
-                strain: self.strain.map(Strain::from),
-                air_data: self.air_data.map(AirData::from),
+                strain: self.strain,
+                air_data: self.air_data,
                 temperature_c: self.temperature_c,
                 winding_temperature_c: self.winding_temperature_c,
                 on_ground: self.on_ground,
@@ -154,95 +117,14 @@ impl From<Upload> for UploadBody {
             recorded_at: upload.recorded_at.into(),
             mask_id: upload.mask_id.into(),
             samples: upload.samples,
-            load_ratio: upload.load_ratio.map(LoadRatioBody::from),
+            load_ratio: upload.load_ratio,
             sample_noise: upload.sample_noise,
-            strain: upload.strain.map(StrainBody::from),
-            air_data: upload.air_data.map(AirDataBody::from),
+            strain: upload.strain,
+            air_data: upload.air_data,
             temperature_c: upload.temperature_c,
             winding_temperature_c: upload.winding_temperature_c,
             on_ground: upload.on_ground,
         }
-    }
-}
-
-/// Moves named fields from one struct to another, both ways.
-macro_rules! same_fields {
-    ($noun:ident, $body:ident, $($field:ident),+) => {
-        impl From<$noun> for $body {
-            fn from(noun: $noun) -> Self {
-                Self { $($field: noun.$field),+ }
-            }
-        }
-        impl From<$body> for $noun {
-            fn from(body: $body) -> Self {
-                Self { $($field: body.$field),+ }
-            }
-        }
-    };
-}
-
-same_fields!(Strain, StrainBody, wavelengths_nm, temperature_wavelengths_nm);
-same_fields!(
-    AirData,
-    AirDataBody,
-    dynamic_pressure_pa,
-    airspeed_m_s,
-    angle_of_attack_rad,
-    roll_rate_rad_s,
-    flap_rad,
-    aileron_rad
-);
-
-impl From<LoadRatio> for LoadRatioBody {
-    fn from(ratio: LoadRatio) -> Self {
-        match ratio {
-            LoadRatio::Mean(mean) => Self::Mean(mean),
-            LoadRatio::PerSample(list) => Self::PerSample(list),
-        }
-    }
-}
-
-impl From<LoadRatioBody> for LoadRatio {
-    fn from(ratio: LoadRatioBody) -> Self {
-        match ratio {
-            LoadRatioBody::Mean(mean) => Self::Mean(mean),
-            LoadRatioBody::PerSample(list) => Self::PerSample(list),
-        }
-    }
-}
-
-/// By hand, because an untagged enum loses the path to the element at fault.
-impl<'de> Deserialize<'de> for LoadRatioBody {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct NumberOrList;
-        impl<'de> Visitor<'de> for NumberOrList {
-            type Value = LoadRatioBody;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number or a list of numbers")
-            }
-
-            fn visit_f64<E>(self, mean: f64) -> Result<Self::Value, E> {
-                Ok(LoadRatioBody::Mean(mean))
-            }
-
-            fn visit_u64<E>(self, mean: u64) -> Result<Self::Value, E> {
-                Ok(LoadRatioBody::Mean(mean as f64))
-            }
-
-            fn visit_i64<E>(self, mean: i64) -> Result<Self::Value, E> {
-                Ok(LoadRatioBody::Mean(mean as f64))
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
-                let mut ratios = Vec::new();
-                while let Some(ratio) = list.next_element()? {
-                    ratios.push(ratio);
-                }
-                Ok(LoadRatioBody::PerSample(ratios))
-            }
-        }
-        deserializer.deserialize_any(NumberOrList)
     }
 }
 
@@ -306,7 +188,7 @@ pub struct RetryBody {
     pub to: String,
     /// Only those that are set aside for this reason: the code that they are listed with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(example = "implausible_hours")]
+    #[schema(value_type = Option<SetAsideReason>, example = "implausible_hours")]
     pub reason: Option<String>,
 }
 

@@ -11,10 +11,10 @@ use tonic::{Request, Status};
 use super::{Credential, Gate};
 use crate::refusal::{Refusal, Unauthenticated};
 
-/// How often it is seen whether the caller of a call under way is still admitted.
+/// The interval at which it is seen whether the caller of a call under way is still admitted.
 const RECHECK: Duration = Duration::from_millis(250);
 
-/// Who calls. There is none but of a route whose guard let it through.
+/// The caller of a request. There is none but of a route whose guard let it through.
 #[derive(Clone)]
 pub struct Caller {
     principal: Arc<Principal>,
@@ -23,18 +23,18 @@ pub struct Caller {
 }
 
 impl Caller {
-    /// Who shows this.
+    /// The caller that shows this.
     pub async fn identify(gate: Arc<Gate>, credential: Result<Credential, Unauthenticated>) -> Result<Self, Refusal> {
         let principal = Arc::new(gate.admit(&credential).await?);
         Ok(Self { principal, credential: Arc::new(credential), gate })
     }
 
-    /// Who makes a gRPC call.
+    /// The caller of a gRPC call.
     pub fn of<T>(request: &Request<T>) -> Result<Self, Status> {
         request.extensions().get().cloned().ok_or_else(|| unguarded().into())
     }
 
-    /// Whose data it may reach.
+    /// The operator whose data it may reach.
     pub fn operator(&self) -> &OperatorId {
         &self.principal.operator
     }
@@ -44,7 +44,7 @@ impl Caller {
         self.principal.actor.at(now)
     }
 
-    /// Whether what is about a tail of its operator is its business.
+    /// Tells whether what is about a tail of its operator is its business.
     pub fn reaches(&self, tail: &TailNumber) -> bool {
         self.principal.reaches(tail)
     }

@@ -32,7 +32,8 @@ impl ClientCertificate {
         Some(Self { principal, chain, tls, judged_at: Mutex::new(None) })
     }
 
-    /// Whose it is, if it is still good: connections outlive certificates, and are resumed without showing them.
+    /// The principal that it is bound to, if it is still good: connections outlive certificates, and are resumed
+    /// without showing them.
     pub fn admit(&self, now: Timestamp) -> Result<&Principal, Unauthenticated> {
         let mut judged_at = self.judged_at.lock().expect("no holder panics");
         if !judged_at.is_some_and(|at| is_fresh(at, now)) {

@@ -1,4 +1,4 @@
-//! What a caller shows: a token in the header `Authorization`, or the certificate of its connection.
+//! Credentials: a token in the header `Authorization`, or the certificate of a connection.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use domain::Token;
 use super::{ClientCertificate, Peer};
 use crate::refusal::Unauthenticated;
 
-/// What a caller shows. A header comes before a certificate.
+/// The credential that a caller shows. A header comes before a certificate.
 #[derive(Debug, Clone)]
 pub enum Credential {
     /// Nothing at all.
@@ -21,7 +21,7 @@ pub enum Credential {
 }
 
 impl Credential {
-    /// What a request shows.
+    /// The credential that a request shows.
     pub fn of(headers: &HeaderMap, extensions: &Extensions) -> Result<Self, Unauthenticated> {
         let mut given = headers.get_all(AUTHORIZATION).iter();
         match (given.next(), given.next()) {

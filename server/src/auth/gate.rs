@@ -1,4 +1,4 @@
-//! Who calls, by what they show.
+//! The gate: callers are known by what they show.
 //!
 //! What was read of a token is good for half a second by the clock of the service, so that a revocation acts
 //! within a second everywhere, also on calls under way. As long as no token was ever created, and no client
@@ -22,7 +22,7 @@ use crate::{
     state::Clock,
 };
 
-/// So many tokens are remembered before those that have to be read again anyway are forgotten.
+/// The number of tokens that are remembered before those that have to be read again anyway are forgotten.
 const REMEMBERED: usize = 4096;
 
 /// Knows who calls.
@@ -50,7 +50,7 @@ impl Gate {
         Self { store, clock, closed, open_at: Mutex::new(None), tokens }
     }
 
-    /// Who shows this; `credential` may say why it cannot be read.
+    /// The principal that shows this; `credential` may say why it cannot be read.
     pub async fn admit(&self, credential: &Result<Credential, Unauthenticated>) -> Result<Principal, Refusal> {
         if self.is_open().await? {
             return Ok(Principal::loopback());
@@ -64,7 +64,7 @@ impl Gate {
         admitted.map_err(Refusal::Unauthenticated)
     }
 
-    /// Whether everyone is let in, because nobody could be told apart.
+    /// Tells whether everyone is let in, because nobody could be told apart.
     pub async fn is_open(&self) -> Result<bool, Refusal> {
         if self.closed.load(Ordering::Relaxed) {
             return Ok(false);
@@ -81,7 +81,7 @@ impl Gate {
         Ok(!closed)
     }
 
-    /// Who owns a token.
+    /// The owner of a token.
     async fn owner(&self, token: &Token) -> Result<Result<Principal, Unauthenticated>, Refusal> {
         let now = (self.clock)();
         let Some(record) = self.record(&token.id, now).await? else { return Ok(Err(Unauthenticated::Unknown)) };

@@ -1,4 +1,4 @@
-//! What stands before a route, and before a gRPC method: nobody passes who may not, and nothing that a page of another
+//! The guard before a route, and before a gRPC method: nobody passes who may not, and nothing that a page of another
 //! site made a browser do.
 
 use std::sync::Arc;
@@ -20,12 +20,12 @@ use tonic::Status;
 use super::{Caller, Credential, Gate, HostName};
 use crate::refusal::{Refusal, is_grpc};
 
-/// What is for whoever keeps the service alive, by whatever name they call it.
+/// Paths for whoever keeps the service alive, by whatever name they call it.
 const PROBES: [&str; 4] = ["/healthz", "/readyz", "/version", "/metrics"];
 /// Answers about an operator's data are for the caller alone, and asked for again each time.
 const PRIVATE: HeaderValue = HeaderValue::from_static("private, no-cache");
 
-/// What each gRPC method asks of its callers; an aircraft's uploads are judged by the tail that they name.
+/// The permission that each gRPC method asks for; an aircraft's uploads are judged by the tail that they name.
 pub const GRPC: &[(&str, Permission)] = &[
     ("/actuary.v1.Ingest/Upload", Permission::Upload),
     ("/actuary.v1.Ingest/UploadStream", Permission::Upload),
@@ -38,7 +38,7 @@ pub const GRPC: &[(&str, Permission)] = &[
     ("/actuary.v1.Models/GetMask", Permission::ReadModels),
 ];
 
-/// Whether this is for whoever keeps the service alive.
+/// Tells whether a path is for whoever keeps the service alive.
 pub fn is_probe(path: &str) -> bool {
     PROBES.contains(&path)
 }

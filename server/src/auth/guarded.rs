@@ -27,7 +27,7 @@ pub struct Endpoint {
     pub method: &'static str,
     /// The path, its parameters in braces.
     pub path: String,
-    /// What it asks of its callers; `None`: nothing, it is public.
+    /// The permission that it asks for; `None`: it is public.
     pub permission: Option<Permission>,
 }
 

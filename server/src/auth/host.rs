@@ -12,7 +12,7 @@ pub struct HostName {
     port: Option<u16>,
 }
 
-/// Why a text is no name of a host.
+/// A reason why a text is no name of a host.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("must be a host name or an IP address, with or without a port")]
 pub struct NoHostName;
@@ -42,7 +42,7 @@ impl HostName {
         }
     }
 
-    /// Whether it means this machine, whoever resolves it: `localhost` and what is below it (RFC 6761), and the
+    /// Tells whether it means this machine, whoever resolves it: `localhost` and what is below it (RFC 6761), and the
     /// addresses of the loopback interface.
     pub fn is_loopback(&self) -> bool {
         let ip = self.name.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>();
@@ -50,12 +50,12 @@ impl HostName {
         named || ip.is_ok_and(|ip| ip.to_canonical().is_loopback())
     }
 
-    /// Whether who calls `other` means this name.
+    /// Tells whether who calls `other` means this name.
     pub fn covers(&self, other: &Self) -> bool {
         self.name == other.name && (self.port.is_none() || self.port == other.port)
     }
 
-    /// Whether a page whose origin is told so is of the same host and port.
+    /// Tells whether a page of this origin is of the same host and port.
     pub fn is_origin(&self, origin: &str) -> bool {
         let Some((scheme, host)) = origin.split_once("://") else { return false };
         let usual = match scheme {

@@ -10,7 +10,7 @@ use crate::{
     auth::Caller,
     due::{self, DueList, Threshold},
     history::{History, Range, View, history},
-    parameters::{grpc_hours, grpc_limit, grpc_number, grpc_within},
+    query::{grpc_hours, grpc_limit, grpc_number, grpc_within},
     refusal::Refusal,
     state::State,
 };

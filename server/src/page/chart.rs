@@ -27,7 +27,7 @@ struct Series {
     filled: bool,
 }
 
-/// What is to be drawn.
+/// The picture that is to be drawn.
 pub struct Plan {
     title: String,
     series: Vec<Series>,

@@ -2,7 +2,9 @@
 
 use askama::Template;
 use axum::{extract::State as Extract, response::Response};
-use proto::json::{LoadBody, LoadSource, RulBody};
+use domain::{AsOf, HingeLoad, LoadSource};
+use proto::json::RulBody;
+use serde::Deserialize;
 use store::{Installed, LifeBeginning};
 
 use super::{
@@ -17,8 +19,8 @@ use crate::{
     answer,
     auth::Caller,
     history,
-    parameters::Pairs,
     path::{Named, Place},
+    query::{self, Query},
     refusal::Refusal,
     state::Shared,
 };
@@ -48,16 +50,20 @@ struct ComponentPage {
     record: Record,
 }
 
+/// The life that is shown.
+#[derive(Deserialize)]
+pub struct Wanted {
+    #[serde(deserialize_with = "query::life")]
+    life: Option<u32>,
+}
+
 /// `GET /tails/{tail}/positions/{position}`: the present life of what is installed there, or an earlier `life`.
 pub async fn get(
     Extract(shared): Extract<Shared>,
     caller: Caller,
     Named(place): Named<Place>,
-    pairs: Pairs,
+    Query(Wanted { life: wanted }): Query<Wanted>,
 ) -> Result<Response, Refusal> {
-    let mut parameters = pairs.read(&["life"]);
-    let wanted = parameters.life();
-    parameters.finish()?;
     let state = &shared.state;
     let installed = answer::installed_at(state, caller.operator(), &place.tail, &place.position).await?;
     let component = answer::component(caller.operator(), &installed);
@@ -88,7 +94,7 @@ pub async fn get(
     })
 }
 
-/// Whether it was overhauled, and when.
+/// Tells in words whether it was overhauled, and when.
 fn overhauled(installed: &Installed) -> String {
     let Some(LifeBeginning { flight_hours, occurred_at, .. }) = &installed.began else {
         return "never overhauled".to_owned();
@@ -101,13 +107,11 @@ fn overhauled(installed: &Installed) -> String {
 }
 
 fn as_of(body: &RulBody) -> String {
-    let told = |as_of: &proto::json::AsOfBody| {
-        format!("{} flight hours, recorded {}", grouped(as_of.flight_hours), as_of.recorded_at)
-    };
+    let told = |as_of: &AsOf| format!("{} flight hours, recorded {}", grouped(as_of.flight_hours), as_of.recorded_at);
     body.as_of.as_ref().map_or_else(|| "nothing judged yet".to_owned(), told)
 }
 
-fn load(load: &LoadBody) -> String {
+fn load(load: &HingeLoad) -> String {
     let source = match load.source {
         LoadSource::StrainAndAirData => "strain and air data",
         LoadSource::Strain => "strain alone",

@@ -1,4 +1,4 @@
-//! Which components are due: a list to print, for the hours and the risk that a planner asks for.
+//! The due list to print, for the hours and the risk that a planner asks for.
 
 use askama::Template;
 use axum::{
@@ -8,15 +8,16 @@ use axum::{
 };
 use domain::Timestamp;
 use proto::json::{DueBody, DueItem};
+use serde::Deserialize;
 
 use super::{
     html,
-    words::{Badge, grouped},
+    words::{Badge, day, grouped},
 };
 use crate::{
     auth::Caller,
-    due::{DueList, Threshold},
-    parameters::Pairs,
+    due::{self, DueList, Threshold},
+    query::Query,
     refusal::Refusal,
     state::Shared,
 };
@@ -34,7 +35,7 @@ struct DuePage {
     risk: f64,
     /// The risk in percent.
     risk_words: String,
-    /// Why there is no list.
+    /// The reason why there is no list.
     refused: Option<String>,
     /// The same as a table.
     csv: String,
@@ -63,20 +64,31 @@ struct Row {
     notes: Vec<String>,
 }
 
+/// The meaning of due.
+#[derive(Deserialize)]
+pub struct DueQuery {
+    #[serde(deserialize_with = "due::within")]
+    within_fh: Option<f64>,
+    #[serde(deserialize_with = "due::risk")]
+    risk: Option<f64>,
+}
+
 /// `GET /due`
 pub async fn get(
     Extract(shared): Extract<Shared>,
     caller: Caller,
     uri: Uri,
-    pairs: Pairs,
+    asked: Result<Query<DueQuery>, Refusal>,
 ) -> Result<Response, Refusal> {
     let now = (shared.state.clock)();
-    let mut parameters = pairs.read(&["within_fh", "risk"]);
-    let threshold = Threshold::read(&mut parameters);
-    if let Err(refusal) = parameters.finish() {
-        let page = html(&DuePage::refused(now, refusal.to_string()))?;
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
-    }
+    let Query(DueQuery { within_fh, risk }) = match asked {
+        Ok(asked) => asked,
+        Err(refusal) => {
+            let page = html(&DuePage::refused(now, refusal.to_string()))?;
+            return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        }
+    };
+    let threshold = Threshold::new(within_fh, risk);
     let body = DueList::read(&shared.state, caller.operator(), threshold).await?.page(None, MAX_ROWS);
     let query = uri.query().filter(|query| !query.is_empty()).map(|query| format!("&{query}")).unwrap_or_default();
     html(&DuePage::new(now, body, format!("/v1/fleet/due?format=csv{query}")))
@@ -113,7 +125,7 @@ impl DuePage {
     }
 }
 
-/// In percent as it was asked for, however small: without the digits that the multiplication adds.
+/// The risk in percent as it was asked for, however small: without the digits that the multiplication adds.
 fn risk_words(risk: f64) -> String {
     format!("{} %", (1e11 * risk).round() / 1e9)
 }
@@ -139,10 +151,7 @@ impl Row {
             dominant_fault: item.dominant_fault.unwrap_or_else(|| "unknown".to_owned()),
             as_of: item.as_of.map_or_else(
                 || "nothing yet".to_owned(),
-                |as_of| {
-                    let day = as_of.recorded_at.split('T').next().unwrap_or_default();
-                    format!("{} fh, {day}", grouped(as_of.flight_hours))
-                },
+                |as_of| format!("{} fh, {}", grouped(as_of.flight_hours), day(as_of.recorded_at)),
             ),
             notes,
             place: item.tail.zip(item.position),

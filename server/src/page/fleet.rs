@@ -58,7 +58,7 @@ pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Res
     })
 }
 
-/// By the need for attention, then by the 10 % quantile and the median; a censored quantile is the longest.
+/// Orders by the need for attention, then by the 10 % quantile and the median; a censored quantile is the longest.
 fn worst_first(a: &RulBody, b: &RulBody) -> std::cmp::Ordering {
     let quantiles = |body: &RulBody| {
         let rul = body.rul_fh.as_ref();

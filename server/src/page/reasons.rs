@@ -1,15 +1,19 @@
-//! Why a forecast says what it says, and what speaks against it, in words for a planner.
+//! The reasons of a forecast and the doubts of it, in words for a planner.
 
-use proto::json::{Doubt, DoubtKind, Driver, ExplanationBody, Growth, Movement, RulBody, Surprise};
+use domain::{
+    Doubt, DoubtKind, Explanation,
+    explanation::{Driver, Growth, Movement, Surprise},
+};
+use proto::json::RulBody;
 
 use super::words::grouped;
 
-/// From this distance on an observation is called surprising, standard deviations.
+/// The distance from which on an observation is called surprising, standard deviations.
 const SURPRISING: f64 = 2.0;
 /// Within so many of its standard errors a movement is no movement.
 const STANDARD_ERRORS: f64 = 2.0;
 
-/// What is told about the reasons of a forecast.
+/// The reasons of a forecast.
 pub struct Reasons {
     /// What drives the end of life.
     pub drivers: Vec<Bar>,
@@ -29,7 +33,7 @@ pub struct Bar {
 
 /// A reason not to trust a forecast.
 pub struct Warning {
-    /// What it means.
+    /// The meaning of the kind.
     pub heading: &'static str,
     /// The figures.
     pub detail: String,
@@ -38,7 +42,7 @@ pub struct Warning {
 impl Reasons {
     /// The reasons of a forecast; `None` without one that tells any.
     pub fn of(body: &RulBody) -> Option<Self> {
-        let ExplanationBody { drivers, growth, movement } = body.explanation.as_ref()?;
+        let Explanation { drivers, growth, movement } = body.explanation.as_ref()?;
         let told = Self {
             drivers: drivers.iter().map(bar).collect(),
             growth: growth.as_ref().map(grown).unwrap_or_default(),

@@ -1,4 +1,4 @@
-//! What is on record about a component: its lives, where it was, and what maintenance reported.
+//! The record of a component: its lives, its places, and the reports of maintenance.
 
 use domain::{EventKind, Finding};
 use store::{ComponentRecord, Contradiction, EventRecord, Installation, InstallationSource, Installed, LifeRecord};

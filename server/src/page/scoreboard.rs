@@ -1,4 +1,4 @@
-//! How good the served forecasts were, in words.
+//! The scoreboard for people: the quality of the served forecasts, in words.
 
 use askama::Template;
 use axum::{extract::State as Extract, response::Response};
@@ -28,9 +28,9 @@ struct ScoreboardPage {
     advisory: &'static str,
 }
 
-/// What the metrics say.
+/// The statement of the metrics.
 struct Verdict {
-    /// What was promised, and what was held.
+    /// The promises, and what was held of them.
     sentences: Vec<String>,
     /// By remaining life: range, lives, forecasts, mean error, share of the 80 % intervals that held.
     rows: Vec<[String; 5]>,
@@ -69,7 +69,7 @@ impl Verdict {
     }
 }
 
-/// What the intervals held of what they promised.
+/// The share that intervals held of what they promised.
 fn held(when: &str, coverage: &Coverage) -> Vec<String> {
     let levels = [(80, coverage.level_80), (95, coverage.level_95)];
     let told = |(promised, held): (u32, Option<f64>)| {

@@ -1,7 +1,7 @@
 //! Statuses and numbers as people read them.
 
-use domain::Timestamp;
-use proto::json::{Doubt, DoubtKind, RulBody, Status};
+use domain::{Doubt, DoubtKind, Status, Timestamp};
+use proto::json::RulBody;
 
 /// Below this 10 % quantile of remaining life a forecast asks for attention, flight hours.
 const ATTENTION_FH: f64 = 500.0;

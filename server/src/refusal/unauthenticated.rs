@@ -1,8 +1,8 @@
-//! Why it is not known who calls.
+//! Reasons why it is not known who calls.
 
 use domain::{Timestamp, token::InvalidToken};
 
-/// Why it is not known who calls. What was shown is never repeated: any part of it may be a secret.
+/// A reason why it is not known who calls. What was shown is never repeated: any part of it may be a secret.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Unauthenticated {
     /// Nothing was shown.
@@ -40,7 +40,7 @@ pub enum Unauthenticated {
 }
 
 impl Unauthenticated {
-    /// What RFC 6750 has the service say.
+    /// The challenge that RFC 6750 has the service send.
     pub fn bearer_challenge(&self) -> &'static str {
         match self {
             Self::Missing => "Bearer realm=\"actuary\"",

@@ -13,7 +13,7 @@ pub const JSON: &str = "application/json";
 /// Many JSON documents, one per line.
 pub const NDJSON: &str = "application/x-ndjson";
 
-/// Which of `known` a body is, whatever the parameters of its type; `wanted` names them for the caller.
+/// The one of `known` that a body is, whatever the parameters of its type; `wanted` names them for the caller.
 pub fn media_type(headers: &HeaderMap, known: &[&'static str], wanted: &'static str) -> Result<&'static str, Refusal> {
     let text = |name| headers.get(name).map(|value| String::from_utf8_lossy(value.as_bytes()).into_owned());
     let given = text(CONTENT_TYPE).unwrap_or_default();

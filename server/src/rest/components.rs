@@ -1,9 +1,9 @@
 //! Components, wherever they are installed.
 
 use axum::{Json, extract::State as Extract};
-use domain::Component;
+use domain::{AsOf, Component};
 use proto::json::{
-    AsOfBody, ComponentBody, ContradictionItem, GenerationItem, GenerationState, InstallationItem, InstallationSource,
+    ComponentBody, ContradictionItem, GenerationItem, GenerationState, InstallationItem, InstallationSource,
     LifeBeginning, LifeItem,
 };
 use store::{ComponentRecord, Contradiction, EventRecord, Installation, LifeCursor, LifeRecord};
@@ -21,10 +21,7 @@ use crate::{
 /// A component: where it was installed, its lives, and what maintenance found.
 #[utoipa::path(
     get, path = "/v1/components/{part}/{serial}", tag = "components", operation_id = "getComponent",
-    params(
-        ("part" = String, Path, description = "Part number", example = "EMA-500"),
-        ("serial" = String, Path, description = "Serial number", example = "SN-0001"),
-    ),
+    params(Unit),
     responses((status = 200, description = "The component", body = ComponentBody), Lookup)
 )]
 pub async fn get(
@@ -111,6 +108,6 @@ fn generation(record: store::GenerationRecord) -> GenerationItem {
     }
 }
 
-fn as_of(at: LifeCursor) -> AsOfBody {
-    AsOfBody { flight_hours: at.flight_hours, recorded_at: at.recorded_at.into(), upload_id: at.upload_id.into() }
+fn as_of(at: LifeCursor) -> AsOf {
+    AsOf { flight_hours: at.flight_hours, recorded_at: at.recorded_at, upload_id: at.upload_id }
 }

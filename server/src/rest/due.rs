@@ -9,14 +9,17 @@ use axum::{
     },
     response::{IntoResponse, Response},
 };
-use proto::json::{DueBody, DueItem};
+use proto::json::{DueBody, DueItem, FieldError};
+use serde::{Deserialize, Deserializer};
+use utoipa::{IntoParams, ToSchema};
 
 use crate::{
     auth::Caller,
     csv,
-    due::{DueList, Place, Threshold},
-    parameters::Pairs,
+    due::{self, DueList, Place, Threshold},
+    limits::DEFAULT_LIMIT,
     problems::Listing,
+    query::{self, Query},
     refusal::Refusal,
     state::Shared,
 };
@@ -44,6 +47,64 @@ const COLUMNS: [&str; 20] = [
     "reason",
 ];
 
+/// The meaning of due, and the form of the list.
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct DueQuery {
+    /// Flight hours from the newest data of each component; default 500
+    #[serde(deserialize_with = "due::within")]
+    #[param(minimum = 0, maximum = 10000)]
+    within_fh: Option<f64>,
+    /// Probability of failure within them, above which a component is due; default 0.1
+    #[serde(deserialize_with = "due::risk")]
+    #[param(exclusive_minimum = 0, exclusive_maximum = 1)]
+    risk: Option<f64>,
+    /// How many items; default 50; not with CSV
+    #[serde(deserialize_with = "query::optional_limit")]
+    #[param(minimum = 1, maximum = 1000)]
+    limit: Option<u32>,
+    /// `next_cursor` of the page before, of the same hours and risk; not with CSV
+    #[serde(deserialize_with = "cursor")]
+    #[param(value_type = Option<String>)]
+    cursor: Option<Place>,
+    /// json or csv, before what `Accept` says
+    #[serde(deserialize_with = "format")]
+    #[param(inline)]
+    format: Option<Format>,
+}
+
+/// The form of the list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ToSchema)]
+#[schema(rename_all = "snake_case")]
+pub enum Format {
+    /// A page.
+    Json,
+    /// The whole table.
+    Csv,
+}
+
+fn format<'de, D: Deserializer<'de>>(given: D) -> Result<Option<Format>, D::Error> {
+    query::optional(given, "json or csv", |text| match text {
+        "json" => Some(Format::Json),
+        "csv" => Some(Format::Csv),
+        _ => None,
+    })
+}
+
+fn cursor<'de, D: Deserializer<'de>>(given: D) -> Result<Option<Place>, D::Error> {
+    query::optional(given, "a cursor of this collection", Place::from_cursor)
+}
+
+impl DueQuery {
+    /// Refuses what asks for a part of a table.
+    fn must_be_whole(&self) -> Result<(), Refusal> {
+        let given = [("limit", self.limit.is_some()), ("cursor", self.cursor.is_some())].into_iter();
+        let refused = given.filter(|(_, is_given)| *is_given);
+        let errors: Vec<_> = refused.map(|(name, _)| FieldError::parameter(name, "a CSV table comes whole")).collect();
+        if errors.is_empty() { Ok(()) } else { Err(Refusal::Parameters(errors)) }
+    }
+}
+
 /// The components that are due: failed, or more likely to fail within some flight hours than a risk allows.
 ///
 /// Worst first: failed ones, then by the probability of failure, then by the latest safe hours. Components
@@ -56,13 +117,7 @@ const COLUMNS: [&str; 20] = [
 /// tells `due` from `unknown`.
 #[utoipa::path(
     get, path = "/v1/fleet/due", tag = "fleet", operation_id = "listDue",
-    params(
-        ("within_fh" = Option<f64>, Query, description = "Flight hours from the newest data of each component, 0 to 10000; default 500"),
-        ("risk" = Option<f64>, Query, description = "Probability of failure within them, above which a component is due, between 0 and 1; default 0.1"),
-        ("limit" = Option<u32>, Query, description = "1 to 1000, default 50; not with CSV"),
-        ("cursor" = Option<String>, Query, description = "`next_cursor` of the page before, of the same hours and risk; not with CSV"),
-        ("format" = Option<String>, Query, description = "json or csv, before what `Accept` says"),
-    ),
+    params(DueQuery),
     responses(
         (status = 200, description = "One page, or the whole table", content((DueBody = "application/json"), (String = "text/csv"))),
         Listing,
@@ -72,26 +127,19 @@ pub async fn get(
     Extract(shared): Extract<Shared>,
     caller: Caller,
     headers: HeaderMap,
-    pairs: Pairs,
+    Query(asked): Query<DueQuery>,
 ) -> Result<Response, Refusal> {
-    let mut parameters = pairs.read(&["within_fh", "risk", "limit", "cursor", "format"]);
-    let threshold = Threshold::read(&mut parameters);
-    let asked = parameters.parsed("format", "json or csv", |text| match text {
-        "json" => Some(false),
-        "csv" => Some(true),
-        _ => None,
-    });
-    let as_csv = asked.unwrap_or_else(|| prefers_csv(&headers));
+    let as_csv = asked.format.map_or_else(|| prefers_csv(&headers), |format| format == Format::Csv);
     if as_csv {
-        parameters.without(&["limit", "cursor"], "a CSV table comes whole");
+        asked.must_be_whole()?;
     }
-    let limit = parameters.limit();
-    let after = parameters.parsed("cursor", "a cursor of this collection", Place::from_cursor);
-    parameters.finish()?;
+    let threshold = Threshold::new(asked.within_fh, asked.risk);
     let list = DueList::read(&shared.state, caller.operator(), threshold).await?;
     let varies = (VARY, ACCEPT.as_str());
     if !as_csv {
-        return Ok(([varies], Json(list.page(after.as_ref(), limit))).into_response());
+        return Ok(
+            ([varies], Json(list.page(asked.cursor.as_ref(), asked.limit.unwrap_or(DEFAULT_LIMIT)))).into_response()
+        );
     }
     let described: [(HeaderName, &str); 3] = [
         varies,
@@ -101,7 +149,7 @@ pub async fn get(
     Ok((described, table(&list.whole())).into_response())
 }
 
-/// Whether a caller names `text/csv` and does not like `application/json` more.
+/// Tells whether a caller names `text/csv` and does not like `application/json` more.
 fn prefers_csv(headers: &HeaderMap) -> bool {
     let accepted = || headers.get_all(ACCEPT).iter().filter_map(|value| value.to_str().ok()).flat_map(|v| v.split(','));
     let quality = |wanted: &str| {
@@ -144,8 +192,8 @@ fn row(list: &str, body: &DueBody, item: &DueItem) -> [String; 20] {
         number(safe.map(|safe| safe.flight_hours)),
         text(safe.and_then(|safe| safe.date.as_ref())),
         number(as_of.map(|as_of| as_of.flight_hours)),
-        text(as_of.map(|as_of| &as_of.recorded_at)),
-        text(as_of.map(|as_of| &as_of.upload_id)),
+        as_of.map(|as_of| as_of.recorded_at.to_string()).unwrap_or_default(),
+        as_of.map(|as_of| as_of.upload_id.to_string()).unwrap_or_default(),
         doubts.join(";"),
         text(item.reason.as_ref()),
     ]

@@ -7,15 +7,16 @@ use axum::{
 };
 use domain::Component;
 use proto::json::{HealthItem, Page, StateItem};
-use utoipa::ToSchema;
+use serde::{Deserialize, Deserializer};
+use utoipa::{IntoParams, ToSchema};
 
 use crate::{
     answer,
     auth::Caller,
     history::{History, Range, View, history},
-    parameters::Pairs,
     path::{Named, Place, Unit},
     problems::Lookup,
+    query::{self, Query},
     refusal::Refusal,
     state::Shared,
 };
@@ -32,23 +33,80 @@ pub enum HealthBody {
     States(Page<StateItem>),
 }
 
+/// The part of a history that is asked for, and its form.
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct HealthQuery {
+    /// First flight hours of interest
+    #[serde(deserialize_with = "query::hours")]
+    #[param(minimum = 0, maximum = 1000000)]
+    from_fh: Option<f64>,
+    /// Flight hours before which to end
+    #[serde(deserialize_with = "query::hours")]
+    #[param(minimum = 0, maximum = 1000000)]
+    to_fh: Option<f64>,
+    /// Which life: 0 for the one that began when the component was new, then one more per overhaul; the newest when not
+    /// given
+    #[serde(deserialize_with = "query::life")]
+    life: Option<u32>,
+    /// Which generation of the life, by a model that judges it or judged it; the one that answers when not given
+    #[serde(deserialize_with = "query::generation")]
+    generation: Option<u32>,
+    /// How many items; default 50
+    #[serde(deserialize_with = "query::limit")]
+    #[param(value_type = Option<u32>, minimum = 1, maximum = 1000)]
+    limit: u32,
+    /// `next_cursor` of the page before
+    #[serde(deserialize_with = "query::text")]
+    cursor: Option<String>,
+    /// One estimate per upload (default), or the closed blocks
+    #[serde(deserialize_with = "shown")]
+    #[param(inline)]
+    view: Option<Shown>,
+}
+
+/// The kind of the items of a history.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ToSchema)]
+#[schema(rename_all = "snake_case")]
+pub enum Shown {
+    /// One estimate per upload.
+    Estimates,
+    /// The closed blocks of 20 flight hours.
+    States,
+}
+
+fn shown<'de, D: Deserializer<'de>>(given: D) -> Result<Option<Shown>, D::Error> {
+    query::optional(given, "estimates or states", |text| match text {
+        "estimates" => Some(Shown::Estimates),
+        "states" => Some(Shown::States),
+        _ => None,
+    })
+}
+
+impl HealthQuery {
+    fn range(&self) -> Range {
+        let Self { from_fh, to_fh, life, generation, limit, .. } = *self;
+        Range { from_fh, to_fh, life, generation, limit }
+    }
+
+    /// The items that are shown, from where the cursor says.
+    fn view(&self) -> Result<View, Refusal> {
+        let (first, after): (View, fn(&str) -> Option<View>) = match self.view {
+            Some(Shown::States) => (View::States(None), View::states_after),
+            Some(Shown::Estimates) | None => (View::Estimates(None), View::estimates_after),
+        };
+        let Some(text) = &self.cursor else { return Ok(first) };
+        after(text).ok_or_else(|| Refusal::parameter("cursor", query::must_be(text, "a cursor of this view")))
+    }
+}
+
 /// The history of a life of the component at a position, in the order of the life.
 ///
 /// Items are estimates, one per upload; with `view=states` they are the closed blocks of 20 flight
 /// hours with the quantiles of remaining useful life as known then.
 #[utoipa::path(
     get, path = "/v1/tails/{tail}/positions/{position}/health", tag = "health", operation_id = "getHealth",
-    params(
-        ("tail" = String, Path, description = "The aircraft"),
-        ("position" = String, Path, description = "The position on it"),
-        ("from_fh" = Option<f64>, Query, description = "First flight hours of interest"),
-        ("to_fh" = Option<f64>, Query, description = "Flight hours before which to end"),
-        ("limit" = Option<u32>, Query, description = "1 to 1000, default 50"),
-        ("cursor" = Option<String>, Query, description = "`next_cursor` of the page before"),
-        ("life" = Option<u32>, Query, description = "Which life: 0 for the one that began when the component was new, then one more per overhaul; the newest when not given"),
-        ("generation" = Option<u32>, Query, description = "Which generation of the life, by a model that judges it or judged it; the one that answers when not given"),
-        ("view" = Option<String>, Query, description = "`estimates` (default) or `states`"),
-    ),
+    params(Place, HealthQuery),
     responses(
         (status = 200, description = "One page", body = HealthBody),
         Lookup,
@@ -58,9 +116,9 @@ pub async fn get(
     Extract(shared): Extract<Shared>,
     caller: Caller,
     Named(place): Named<Place>,
-    pairs: Pairs,
+    Query(asked): Query<HealthQuery>,
 ) -> Result<Response, Refusal> {
-    let (range, view) = read(pairs)?;
+    let (range, view) = (asked.range(), asked.view()?);
     let installed = answer::installed_at(&shared.state, caller.operator(), &place.tail, &place.position).await?;
     page(&shared, &answer::component(caller.operator(), &installed), &range, view).await
 }
@@ -68,17 +126,7 @@ pub async fn get(
 /// The history of a life of a component, in the order of the life, wherever it was installed.
 #[utoipa::path(
     get, path = "/v1/components/{part}/{serial}/health", tag = "components", operation_id = "getComponentHealth",
-    params(
-        ("part" = String, Path, description = "Part number"),
-        ("serial" = String, Path, description = "Serial number"),
-        ("from_fh" = Option<f64>, Query, description = "First flight hours of interest"),
-        ("to_fh" = Option<f64>, Query, description = "Flight hours before which to end"),
-        ("limit" = Option<u32>, Query, description = "1 to 1000, default 50"),
-        ("cursor" = Option<String>, Query, description = "`next_cursor` of the page before"),
-        ("life" = Option<u32>, Query, description = "Which life: 0 for the one that began when the component was new, then one more per overhaul; the newest when not given"),
-        ("generation" = Option<u32>, Query, description = "Which generation of the life, by a model that judges it or judged it; the one that answers when not given"),
-        ("view" = Option<String>, Query, description = "`estimates` (default) or `states`"),
-    ),
+    params(Unit, HealthQuery),
     responses(
         (status = 200, description = "One page", body = HealthBody),
         Lookup,
@@ -88,29 +136,11 @@ pub async fn of_component(
     Extract(shared): Extract<Shared>,
     caller: Caller,
     Named(unit): Named<Unit>,
-    pairs: Pairs,
+    Query(asked): Query<HealthQuery>,
 ) -> Result<Response, Refusal> {
-    let (range, view) = read(pairs)?;
+    let (range, view) = (asked.range(), asked.view()?);
     let component = answer::known(&shared.state, unit.component(caller.operator())).await?;
     page(&shared, &component, &range, view).await
-}
-
-fn read(pairs: Pairs) -> Result<(Range, View), Refusal> {
-    let mut parameters = pairs.read(&["from_fh", "to_fh", "life", "generation", "limit", "cursor", "view"]);
-    let range = Range {
-        from_fh: parameters.hours("from_fh"),
-        to_fh: parameters.hours("to_fh"),
-        life: parameters.life(),
-        generation: parameters.parsed("generation", "the number of a generation, from 1", |text| text.parse().ok()),
-        limit: parameters.limit(),
-    };
-    let views = |text: &str| ["estimates", "states"].contains(&text).then(|| text == "states");
-    let states = parameters.parsed("view", "estimates or states", views).unwrap_or_default();
-    let (first, after): (View, fn(&str) -> Option<View>) =
-        if states { (View::States(None), View::states_after) } else { (View::Estimates(None), View::estimates_after) };
-    let view = parameters.parsed("cursor", "a cursor of this view", after).unwrap_or(first);
-    parameters.finish()?;
-    Ok((range, view))
 }
 
 async fn page(shared: &Shared, component: &Component, range: &Range, view: View) -> Result<Response, Refusal> {

@@ -1,4 +1,4 @@
-//! What maintenance did to components and found out about them, and what it takes back.
+//! Maintenance events: reported, and taken back.
 
 use axum::{
     Json,
@@ -10,6 +10,7 @@ use domain::{Component, EventId, MaintenanceEvent, OperatorId, Position, TailNum
 use proto::json::{self, EventItem, MaintenanceAck, MaintenanceBody, MaintenanceStatus, WarningItem};
 use serde::Deserialize;
 use store::{EventReceipt, EventRecord};
+use utoipa::IntoParams;
 
 use super::body::{JSON, media_type, read};
 use crate::{
@@ -22,10 +23,17 @@ use crate::{
 };
 
 /// An event at a position in a path.
-#[derive(Deserialize)]
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Path)]
 pub struct One {
+    /// The aircraft
+    #[param(value_type = String, example = "EC-MXA")]
     tail: TailNumber,
+    /// The position on it
+    #[param(value_type = String, example = "AIL-L")]
     position: Position,
+    /// The event's name
+    #[param(value_type = String, example = "WO-2026-0815")]
     event_id: EventId,
 }
 
@@ -48,10 +56,7 @@ pub struct One {
 #[utoipa::path(
     post, path = "/v1/tails/{tail}/positions/{position}/maintenance", tag = "maintenance",
     operation_id = "postMaintenance",
-    params(
-        ("tail" = String, Path, description = "The aircraft", example = "EC-MXA"),
-        ("position" = String, Path, description = "The position on it", example = "AIL-L"),
-    ),
+    params(Place),
     request_body = MaintenanceBody,
     responses(
         (status = 201, description = "Stored, durable", body = MaintenanceAck),
@@ -116,11 +121,7 @@ fn conflict(event: &MaintenanceEvent) -> Refusal {
 #[utoipa::path(
     post, path = "/v1/tails/{tail}/positions/{position}/maintenance/{event_id}/void", tag = "maintenance",
     operation_id = "voidMaintenance",
-    params(
-        ("tail" = String, Path, description = "The aircraft", example = "EC-MXA"),
-        ("position" = String, Path, description = "The position on it", example = "AIL-L"),
-        ("event_id" = String, Path, description = "The event's name", example = "WO-2026-0815"),
-    ),
+    params(One),
     responses((status = 200, description = "It is voided", body = EventItem), Lookup)
 )]
 pub async fn void(

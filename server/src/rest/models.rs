@@ -4,6 +4,7 @@ use axum::{Json, extract::State as Extract};
 use domain::ContentHash;
 use proto::json::{MaskBody, ModelItem, Page};
 use serde::Deserialize;
+use utoipa::IntoParams;
 
 use crate::{
     answer,
@@ -14,8 +15,11 @@ use crate::{
 };
 
 /// A bundle in a path.
-#[derive(Deserialize)]
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Path)]
 pub struct One {
+    /// SHA-256 of the bundle
+    #[param(value_type = String)]
     hash: ContentHash,
 }
 
@@ -34,7 +38,7 @@ pub async fn list(Extract(shared): Extract<Shared>) -> Result<Json<Page<ModelIte
 /// One model bundle.
 #[utoipa::path(
     get, path = "/v1/models/{hash}", tag = "models", operation_id = "getModel",
-    params(("hash" = String, Path, description = "SHA-256 of the bundle")),
+    params(One),
     responses(
         (status = 200, description = "The bundle", body = ModelItem),
         Lookup,
@@ -51,7 +55,7 @@ pub async fn get(
 /// The mask by which to sample for a model bundle.
 #[utoipa::path(
     get, path = "/v1/models/{hash}/mask", tag = "models", operation_id = "getMask",
-    params(("hash" = String, Path, description = "SHA-256 of the bundle")),
+    params(One),
     responses(
         (status = 200, description = "The mask", body = MaskBody),
         Lookup,

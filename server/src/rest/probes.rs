@@ -31,14 +31,14 @@ const TOLD_WITHIN: Duration = Duration::from_secs(2);
 /// The text format.
 const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
-/// What the probes of a process tell of.
+/// The things that the probes of a process tell of.
 #[derive(Clone)]
 pub struct Probed {
     /// The database.
     pub store: Store,
     /// The present.
     pub clock: Clock,
-    /// What is told on `/metrics`.
+    /// The figures on `/metrics`.
     pub metrics: Metrics,
 }
 
@@ -59,7 +59,7 @@ pub fn router(probed: Probed) -> Router {
         .with_state(probed)
 }
 
-/// How it is.
+/// The state of the process.
 #[derive(Serialize, ToSchema)]
 pub struct Health {
     /// `ok`.

@@ -1,9 +1,16 @@
-//! How good served forecasts were.
+//! The scoreboard of served forecasts.
 
 use axum::{Json, extract::State as Extract};
 use proto::json::ScoreboardBody;
 
-use crate::{auth::Caller, parameters::Pairs, problems::Listing, refusal::Refusal, scoreboard, state::Shared};
+use crate::{
+    auth::Caller,
+    problems::Listing,
+    query::{Nothing, Query},
+    refusal::Refusal,
+    scoreboard,
+    state::Shared,
+};
 
 /// Prognostic metrics of the prognoses that were issued on lives that have finished since.
 ///
@@ -16,8 +23,7 @@ use crate::{auth::Caller, parameters::Pairs, problems::Listing, refusal::Refusal
 pub async fn get(
     Extract(shared): Extract<Shared>,
     caller: Caller,
-    pairs: Pairs,
+    _: Query<Nothing>,
 ) -> Result<Json<ScoreboardBody>, Refusal> {
-    pairs.read(&[]).finish()?;
     Ok(Json(scoreboard::read(&shared.state, caller.operator()).await?))
 }

@@ -27,7 +27,7 @@ use crate::{
 #[utoipa::path(
     get, path = "/v1/tails/{tail}/sensor-configurations", tag = "sensor configurations",
     operation_id = "listSensorConfigurations",
-    params(("tail" = String, Path, description = "The aircraft", example = "EC-MXA")),
+    params(Tail),
     responses((status = 200, description = "All versions", body = Page<SensorConfigurationItem>), Lookup)
 )]
 pub async fn list(
@@ -58,7 +58,7 @@ fn item(version: TailConfiguration) -> SensorConfigurationItem {
 #[utoipa::path(
     post, path = "/v1/tails/{tail}/sensor-configurations", tag = "sensor configurations",
     operation_id = "postSensorConfiguration",
-    params(("tail" = String, Path, description = "The aircraft", example = "EC-MXA")),
+    params(Tail),
     request_body = SensorConfigurationBody,
     responses(
         (status = 201, description = "Stored, durable", body = SensorConfigurationAck),

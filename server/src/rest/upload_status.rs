@@ -1,4 +1,4 @@
-//! What became of uploads, and what their operator decides about them.
+//! Uploads that came in: their state, and the decisions of their operator.
 
 use axum::{
     Json,
@@ -6,30 +6,62 @@ use axum::{
 };
 use domain::{ContentHash, FaultModel, UploadId};
 use proto::json::{self, HealthItem, Page, RetryAck, RetryBody, UploadState, UploadStatusBody};
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 use store::{Released, Retrial, UploadRecord, UploadStateKind};
+use utoipa::IntoParams;
 
 use super::body::{JSON, media_type, read as read_body};
 use crate::{
     answer::{fault_models, fault_names, next_cursor},
     auth::Caller,
-    parameters::Pairs,
     path::{Named, Tail},
     problems::{Action, Listing, Lookup, Retrying},
+    query::{self, Query},
     refusal::Refusal,
     state::{Shared, State},
 };
 
 /// An upload in a path.
-#[derive(Deserialize)]
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Path)]
 pub struct One {
+    /// The upload's name
+    #[param(value_type = String, example = "EC-MXA.AIL-L.000123")]
     upload_id: UploadId,
+}
+
+/// A page of the uploads in one state.
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct Uploads {
+    /// Which ones
+    #[serde(deserialize_with = "state")]
+    #[param(value_type = UploadState, example = "set_aside")]
+    state: UploadStateKind,
+    /// How many items; default 50
+    #[serde(deserialize_with = "query::limit")]
+    #[param(value_type = Option<u32>, minimum = 1, maximum = 1000)]
+    limit: u32,
+    /// `next_cursor` of the page before
+    #[serde(deserialize_with = "query::cursor")]
+    #[param(value_type = Option<String>)]
+    cursor: Option<UploadId>,
+}
+
+fn state<'de, D: Deserializer<'de>>(given: D) -> Result<UploadStateKind, D::Error> {
+    query::required(given, "pending, processed, set_aside or voided", |text| match text {
+        "pending" => Some(UploadStateKind::Pending),
+        "processed" => Some(UploadStateKind::Processed),
+        "set_aside" => Some(UploadStateKind::SetAside),
+        "voided" => Some(UploadStateKind::Voided),
+        _ => None,
+    })
 }
 
 /// What became of an upload.
 #[utoipa::path(
     get, path = "/v1/uploads/{upload_id}", tag = "uploads", operation_id = "getUpload",
-    params(("upload_id" = String, Path, description = "The upload's name", example = "EC-MXA.AIL-L.000123")),
+    params(One),
     responses((status = 200, description = "How far it has come, and its estimate", body = UploadStatusBody), Lookup)
 )]
 pub async fn get(
@@ -43,31 +75,16 @@ pub async fn get(
 /// Uploads in one state, by component and then by the time of recording.
 #[utoipa::path(
     get, path = "/v1/uploads", tag = "uploads", operation_id = "listUploads",
-    params(
-        ("state" = UploadState, Query, description = "Which ones", example = "set_aside"),
-        ("limit" = Option<u32>, Query, description = "1 to 1000, default 50"),
-        ("cursor" = Option<String>, Query, description = "`next_cursor` of the page before"),
-    ),
+    params(Uploads),
     responses((status = 200, description = "One page", body = Page<UploadStatusBody>), Listing)
 )]
 pub async fn list(
     Extract(shared): Extract<Shared>,
     caller: Caller,
-    pairs: Pairs,
+    Query(Uploads { state, limit, cursor }): Query<Uploads>,
 ) -> Result<Json<Page<UploadStatusBody>>, Refusal> {
-    let mut parameters = pairs.read(&["state", "limit", "cursor"]);
-    let state = parameters.required("state", "pending, processed, set_aside or voided", |text| match text {
-        "pending" => Some(UploadStateKind::Pending),
-        "processed" => Some(UploadStateKind::Processed),
-        "set_aside" => Some(UploadStateKind::SetAside),
-        "voided" => Some(UploadStateKind::Voided),
-        _ => None,
-    });
-    let limit = parameters.limit();
-    let after = parameters.parsed("cursor", "a cursor of this collection", |text| text.parse().ok());
-    let state = parameters.finish_with(state)?;
     let store = &shared.state.store;
-    let mut records = store.uploads(caller.operator(), state, after.as_ref(), limit + 1).await?;
+    let mut records = store.uploads(caller.operator(), state, cursor.as_ref(), limit + 1).await?;
     let next_cursor = next_cursor(&mut records, limit, |record| record.upload.upload_id.to_string());
     let models = fault_models(&shared.state).await?;
     Ok(Json(Page { items: records.into_iter().map(|record| body(record, &models)).collect(), next_cursor }))
@@ -78,7 +95,7 @@ pub async fn list(
 /// What rested on it is computed again. Voiding again changes nothing.
 #[utoipa::path(
     post, path = "/v1/uploads/{upload_id}/void", tag = "uploads", operation_id = "voidUpload",
-    params(("upload_id" = String, Path, description = "The upload's name", example = "EC-MXA.AIL-L.000123")),
+    params(One),
     responses((status = 200, description = "It is voided", body = UploadStatusBody), Lookup)
 )]
 pub async fn void(
@@ -95,7 +112,7 @@ pub async fn void(
 /// Let an upload that is set aside be tried again, as after a correction of its neighbours.
 #[utoipa::path(
     post, path = "/v1/uploads/{upload_id}/retry", tag = "uploads", operation_id = "retryUpload",
-    params(("upload_id" = String, Path, description = "The upload's name", example = "EC-MXA.AIL-L.000123")),
+    params(One),
     responses((status = 200, description = "It waits again", body = UploadStatusBody), Action)
 )]
 pub async fn retry(
@@ -126,7 +143,7 @@ pub async fn retry(
 /// how many are left to ask for again.
 #[utoipa::path(
     post, path = "/v1/tails/{tail}/uploads/retry", tag = "uploads", operation_id = "retryUploads",
-    params(("tail" = String, Path, description = "The aircraft", example = "EC-MXA")),
+    params(Tail),
     request_body = RetryBody,
     responses((status = 200, description = "So many wait again", body = RetryAck), Retrying)
 )]

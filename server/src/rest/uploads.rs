@@ -28,7 +28,7 @@ use crate::{
 /// problem of status 401; what has no result was not stored.
 #[utoipa::path(
     post, path = "/v1/tails/{tail}/uploads", tag = "uploads", operation_id = "postUpload",
-    params(("tail" = String, Path, description = "The aircraft", example = "EC-MXA")),
+    params(Tail),
     request_body(content(
         (UploadBody = "application/json"),
         (String = "application/x-ndjson"),

@@ -4,9 +4,9 @@ use domain::{Actor, ContentHash, Principal, Scope};
 use rustls::pki_types::CertificateDer;
 use webpki::EndEntityCert;
 
-/// How the URI begins that binds a certificate to an operator.
+/// The beginning of the URI that binds a certificate to an operator.
 const OPERATOR: &str = "urn:actuary:operator:";
-/// What stands between the operator and the tail.
+/// The part between the operator and the tail.
 const TAIL: &str = ":tail:";
 
 /// The aircraft that a certificate is for: exactly one URI `urn:actuary:operator:OPERATOR:tail:TAIL` among the

@@ -183,6 +183,27 @@ async fn nothing_is_told_as_a_problem() {
 }
 
 #[tokio::test]
+async fn every_kind_of_problem_has_a_page_that_anyone_may_read() {
+    let house = House::open().await;
+    let list = house.get("/problems").await.text().await.unwrap();
+    let kinds: BTreeSet<&str> = list.split('"').filter(|text| text.starts_with("/problems/")).collect();
+    assert!(kinds.len() >= 20, "{list}");
+    for kind in &kinds {
+        let page = house.get(kind).await;
+        assert_eq!(page.status(), 200, "{kind}");
+        let page = page.text().await.unwrap();
+        assert!(page.contains(kind) && page.contains("What to do"), "{page}");
+    }
+    house.refused("/problems/of-another-kind", 404).await;
+    let document = house.read("/openapi.json").await;
+    let examples = document["paths"].as_object().unwrap().values().flat_map(|item| item.as_object().unwrap().values());
+    let responses = examples.flat_map(|operation| operation["responses"].as_object().unwrap().values());
+    let told = responses.filter_map(|answer| answer["content"]["application/problem+json"]["example"]["type"].as_str());
+    let told: BTreeSet<&str> = told.collect();
+    assert!(told.len() > 10 && told.is_subset(&kinds), "{told:?}");
+}
+
+#[tokio::test]
 async fn probes_answer() {
     let house = House::open().await;
     assert_eq!(house.read("/healthz").await["status"], "ok");

@@ -52,7 +52,7 @@ pub fn of_rest(method: &str, path: &str) -> Expectation {
     use Allowed::{Admins, Everyone, Known, Planners, Readers, Uploaders};
     let (allowed, success) = match (method, path) {
         ("get", "/healthz" | "/readyz" | "/version" | "/metrics" | "/openapi.json") => (Everyone, 200),
-        ("get", "/docs/" | "/docs/{file}") => (Everyone, 200),
+        ("get", "/docs/" | "/docs/{file}" | "/problems" | "/problems/{kind}") => (Everyone, 200),
         ("get", "/docs") => (Everyone, 308),
         ("get", "/" | "/due" | "/scoreboard" | "/tails/{tail}/positions/{position}") => (Readers, 200),
         ("post", "/v1/tails/{tail}/uploads") => (Uploaders, 202),
@@ -105,6 +105,7 @@ pub fn parameter(endpoint: &str, name: &str, of: Owner) -> String {
         ("upload_id", _) => of.upload(1, 0),
         ("event_id", _) => of.event(),
         ("hash", _) => return crate::in_process::service::Bundle::all()[0].model.summary().hash.to_string(),
+        ("kind", _) => return "conflict".to_owned(),
         ("file", _) => return "swagger-ui.css".to_owned(),
         ("state", _) => return "processed".to_owned(),
         ("view", _) => return "states".to_owned(),

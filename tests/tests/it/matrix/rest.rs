@@ -84,7 +84,7 @@ impl Endpoint {
 
     /// Whether it names something that belongs to an operator.
     fn names_something(&self) -> bool {
-        self.in_path.iter().any(|name| name != "hash" && name != "file")
+        self.in_path.iter().any(|name| !["hash", "file", "kind"].contains(&name.as_str()))
     }
 
     fn names_a_tail(&self) -> bool {

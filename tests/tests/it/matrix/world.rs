@@ -5,7 +5,7 @@ use std::{fs, path::PathBuf};
 use airframe::{Layout, reference::reference_configuration};
 use axum::{body::Body, http::Request};
 use domain::{Scope, Timestamp, Token};
-use proto::json::{FindingOutcome, MaintenanceBody, MaintenanceKind, SensorConfigurationBody, UploadBody};
+use proto::json::{MaintenanceBody, MaintenanceKind, SensorConfigurationBody, UploadBody};
 use serde::Serialize;
 use store::TokenRecord;
 use tempfile::TempDir;
@@ -129,7 +129,7 @@ impl Inhabitant {
         let seen = MaintenanceBody { note, ..event(self.names) };
         self.report(service, seen.clone()).await;
         let named = |name: &str| MaintenanceBody { event_id: format!("{}.{name}", self.names.event()), ..seen.clone() };
-        let failed = MaintenanceBody { outcome: Some(FindingOutcome::Failed), ..named("end") };
+        let failed = MaintenanceBody { outcome: Some(domain::Finding::Failed), ..named("end") };
         let second = self.names.serial(2);
         if self.operator == Owner::Alpha {
             self.report(service, MaintenanceBody { serial_number: second, ..failed }).await;
@@ -210,7 +210,7 @@ pub fn event(owner: Owner) -> MaintenanceBody {
     MaintenanceBody {
         event_id: owner.event(),
         kind: MaintenanceKind::Finding,
-        outcome: Some(FindingOutcome::Serviceable),
+        outcome: Some(domain::Finding::Serviceable),
         part_number: owner.part(),
         serial_number: owner.serial(1),
         occurred_at: now().plus_hours(-250.0).to_string(),

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use domain::Status;
 use proto::json::{
-    ComponentBody, DueBody, FindingOutcome, HealthItem, InstallationSource, MaintenanceBody, MaintenanceKind,
-    ModelItem, Page, RulBody, ScoreboardBody, SensorConfigurationItem, StateItem, Status, TailBody, TailItem,
-    UploadState, UploadStatusBody,
+    ComponentBody, DueBody, HealthItem, InstallationSource, MaintenanceBody, MaintenanceKind, ModelItem, Page, RulBody,
+    ScoreboardBody, SensorConfigurationItem, StateItem, TailBody, TailItem, UploadState, UploadStatusBody,
 };
 use serde::de::DeserializeOwned;
 
@@ -262,7 +262,7 @@ fn rul(body: &RulBody, book: &Book) -> Result<(), String> {
 }
 
 fn estimates(page: &Page<HealthItem>, book: &Book) -> Result<(), String> {
-    let key = |item: &HealthItem| (item.flight_hours, item.recorded_at.clone(), item.upload_id.clone());
+    let key = |item: &HealthItem| (item.flight_hours, item.recorded_at, item.upload_id.clone());
     if !page.items.windows(2).all(|pair| key(&pair[0]) < key(&pair[1])) {
         return Err("estimates are not in the order of the life".to_owned());
     }
@@ -293,7 +293,7 @@ fn component(body: &ComponentBody, unit: &Unit, book: &Book) -> Result<(), Strin
     let standing = || mine.clone().filter(|(_, event)| !event.voided).map(|(_, event)| &event.content.body);
     let overhauls = standing().filter(|body| body.kind == MaintenanceKind::Overhaul).count();
     same(body.lives.iter().map(|life| life.life as usize).collect::<Vec<_>>(), (0..=overhauls).collect())?;
-    let failures = standing().filter(|body| body.outcome == Some(FindingOutcome::Failed)).count();
+    let failures = standing().filter(|body| body.outcome == Some(domain::Finding::Failed)).count();
     let failed = body.lives.iter().filter(|life| life.found_failed_fh.is_some()).count();
     same(failed > 0, failures > 0)
 }

@@ -9,7 +9,7 @@ use airframe::{Flight, FlightSettings, Layout, reference::reference_configuratio
 use domain::{LoadRatio, Mask, Position, SensorConfiguration, SerialNumber, TailNumber, Timestamp, Upload};
 use ema::{faults::ElectricalFaults, motor::Motor};
 use numerics::Stream;
-use proto::json::{FindingOutcome, MaintenanceBody, MaintenanceKind};
+use proto::json::{MaintenanceBody, MaintenanceKind};
 use simulator::Physics;
 
 use super::{
@@ -181,7 +181,7 @@ impl<'a> Teller<'a> {
     fn maintain(&mut self, place: Place, at: Timestamp) {
         let Story { swaps, overhauls, findings, .. } = *self.story();
         if self.dice.chance(findings) {
-            let outcome = if self.dice.chance(0.5) { FindingOutcome::Failed } else { FindingOutcome::Serviceable };
+            let outcome = if self.dice.chance(0.5) { domain::Finding::Failed } else { domain::Finding::Serviceable };
             self.report(MaintenanceKind::Finding, Some(outcome), place, place, at);
         }
         if self.dice.chance(overhauls) {
@@ -214,7 +214,7 @@ impl<'a> Teller<'a> {
     fn report(
         &mut self,
         kind: MaintenanceKind,
-        outcome: Option<FindingOutcome>,
+        outcome: Option<domain::Finding>,
         unit: usize,
         place: Place,
         at: Timestamp,
