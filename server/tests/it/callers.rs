@@ -49,6 +49,7 @@ fn path(house: &House, endpoint: &Endpoint) -> String {
         ("{serial}", "SN%201"),
         ("{hash}", house.model.as_str()),
         ("{file}", "index.html"),
+        ("{kind}", "conflict"),
     ];
     let path = known.iter().fold(endpoint.path.clone(), |path, (name, value)| path.replace(name, value));
     assert!(!path.contains('{'), "{path}: the test does not know this parameter");

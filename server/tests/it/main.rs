@@ -2,9 +2,11 @@
 
 mod answers;
 mod bad_input;
+mod breaking;
 mod broken;
 mod callers;
 mod components;
+mod contract;
 mod contradictions;
 mod corrections;
 mod due;
