@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How good an estimator was on a set of runs; predictions pooled over runs. Means of nothing are `None`.
+/// How good an estimator was on a set of runs; predictions pooled over runs. Means of nothing are null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct Scoreboard {

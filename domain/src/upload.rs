@@ -56,7 +56,7 @@ pub struct Upload {
     pub on_ground: Option<bool>,
 }
 
-/// Wavelengths of the fibre Bragg gratings, nm; `None` for a missing peak.
+/// Wavelengths of the fibre Bragg gratings, nm; null for a missing peak.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = StrainBody))]
