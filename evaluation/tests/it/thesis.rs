@@ -1,12 +1,10 @@
 //! The thesis's estimator: right without noise, and what noise does to it.
 
-// Its paths know neither load nor temperature.
 use crate::simulated::{Growth, SIGMA, STEP_FH};
 use domain::{FaultModel, FaultVector};
 use evaluation::Thesis;
 use numerics::Stream;
 use prognosis::{Boundary, Estimator, FleetPrior, Observation, PredictionSettings, RulEstimate};
-#[allow(dead_code)]
 
 const HORIZON_FH: f64 = 8000.0;
 /// Shares of the growth without load that load and temperature add.

@@ -1,4 +1,6 @@
 //! Flight cases, parameters and expected results from files.
+#![allow(dead_code, reason = "a benchmark uses its part")]
+
 use std::{
     collections::HashMap,
     fs,

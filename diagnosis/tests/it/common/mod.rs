@@ -1,4 +1,6 @@
 //! Maps for tests: from the closed form of the actuator, and from data sets.
+#![allow(dead_code, reason = "a benchmark uses its part")]
+
 use std::path::{Path, PathBuf};
 
 use diagnosis::TrainingMap;
