@@ -171,6 +171,8 @@ impl Service {
         let collected = body.collect().await.expect("an answer in this process");
         let mut headers = parts.headers;
         headers.extend(collected.trailers().cloned().unwrap_or_default());
+        // Each request has a name of its own, which says nothing.
+        headers.remove("x-request-id");
         Answer { status: parts.status, headers, body: collected.to_bytes() }
     }
 
