@@ -100,10 +100,11 @@ impl Track {
         robust_log_likelihood(z2, variance)
     }
 
-    /// Keeps a belief from hiding below nominal. Observations that are clipped at zero tell nothing of how far below it a deviation
-    /// is, so such a belief would sink and widen without end, and forecasts, which reflect paths at nominal, would begin
-    /// at a fault that nobody saw. What is farther down than noise reaches is as healthy as what is there, and nothing lies
-    /// above what was seen.
+    /// Keeps a belief from hiding below nominal.
+    ///
+    /// Observations that are clipped at zero tell nothing of how far below it a deviation is, so such a belief would sink
+    /// and widen without end, and forecasts, which reflect paths at nominal, would begin at a fault that nobody saw. What
+    /// is farther down than noise reaches is as healthy as what is there, and nothing lies above what was seen.
     fn stay_in_sight(&mut self, measured: &Measurement) {
         let reach = OUTLIER * measured.sigma;
         self.x = self.x.max(-reach);

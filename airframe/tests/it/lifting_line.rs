@@ -1,24 +1,8 @@
 //! The lifting line against another way to solve it: horseshoe vortices by fixed-point iteration.
 
 use airframe::{LiftingLine, Wing};
-use domain::AirData;
 
-#[track_caller]
-fn close(value: f64, expected: f64, tolerance: f64) {
-    assert!((value - expected).abs() <= tolerance, "{value} instead of {expected} +- {tolerance}");
-}
-
-/// 50 m/s, alpha 5, aileron 5, flap 10 degrees.
-fn thesis_case() -> AirData {
-    AirData {
-        dynamic_pressure_pa: 1531.25,
-        airspeed_m_s: 50.0,
-        angle_of_attack_rad: 5.0_f64.to_radians(),
-        roll_rate_rad_s: 0.0,
-        flap_rad: 10.0_f64.to_radians(),
-        aileron_rad: 5.0_f64.to_radians(),
-    }
-}
+use crate::wing::{close, thesis_case};
 
 /// The reference wing in equal strips, each a horseshoe vortex.
 struct Strips {

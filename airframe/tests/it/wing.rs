@@ -28,12 +28,12 @@ fn matrix(value: &Value) -> Vec<Vec<f64>> {
 }
 
 #[track_caller]
-fn close(value: f64, expected: f64, tolerance: f64) {
+pub fn close(value: f64, expected: f64, tolerance: f64) {
     assert!((value - expected).abs() <= tolerance, "{value} instead of {expected} +- {tolerance}");
 }
 
 /// 50 m/s, alpha 5, aileron 5, flap 10 degrees.
-fn thesis_case() -> AirData {
+pub fn thesis_case() -> AirData {
     AirData {
         dynamic_pressure_pa: 1531.25,
         airspeed_m_s: 50.0,

@@ -1,7 +1,7 @@
 //! Inside a crate, too, things rest on each other in one direction: no two modules use one another, be it through others.
 //!
 //! A module is a file. It uses what its `use` declarations and paths lead to, re-exports followed to where a thing is
-//! said; unit tests do not count. What encloses a module is its surroundings, which it may use.
+//! said; unit tests do not count, and what stands inside macros or reaches methods of a type is not seen. What encloses a module is its surroundings, which it may use.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -121,15 +121,7 @@ impl Modules {
         let Some(thing) = rest.first() else { return module.to_vec() };
         let handed_on = |by: &str| self.0[module].handed_on.iter().find(|(name, _)| name == by);
         match handed_on(thing).or_else(|| handed_on("*")).and_then(|(_, path)| self.absolute(module, path)) {
-            Some(mut path) => {
-                if path.last().is_some_and(|last| last == "*") {
-                    path.pop();
-                }
-                if path.last() != Some(thing) && !self.0.contains_key(&path) {
-                    return module.to_vec();
-                }
-                if self.0.contains_key(&path) { path } else { self.home(&path) }
-            }
+            Some(path) => self.home(path.strip_suffix(&["*".to_owned()]).unwrap_or(&path)),
             None => module.to_vec(),
         }
     }
@@ -155,6 +147,17 @@ impl Modules {
         };
         used.keys().filter(|module| reached(module).contains(**module)).map(|module| module.join("::")).collect()
     }
+}
+
+#[test]
+fn modules_that_use_one_another_through_what_is_handed_on_are_found() {
+    let source = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| fs::write(source.path().join(name), text).unwrap();
+    file("lib.rs", "mod a; mod b; mod c; pub use b::B;");
+    file("a.rs", "use crate::B; pub struct A(B);");
+    file("b.rs", "pub struct B; impl B { pub fn a() -> crate::a::A { crate::a::A(B) } }");
+    file("c.rs", "#[cfg(test)] mod tests { use super::C; use crate::a::A; } pub struct C(crate::a::A);");
+    assert_eq!(Modules::of(source.path()).circles(), ["a", "b"]);
 }
 
 #[test]
