@@ -12,6 +12,9 @@ use crate::{LifeContext, Model};
 /// Seed of every draw; the natural key tells lives and uploads apart.
 pub(crate) const SEED: u64 = 1;
 
+/// Draws of a state's quantiles and of its movement: they make the history chart, nobody acts on them.
+pub(crate) const FEW: Draws = Draws::fixed(200);
+
 impl Model {
     /// Draws of the end of life, counted from `newest`; random numbers are those of the upload of `key`.
     pub(crate) fn draw(

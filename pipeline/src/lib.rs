@@ -35,6 +35,7 @@ mod prior;
 mod rehearsal;
 mod sense;
 mod training;
+mod walk;
 
 pub use bundle::{Bundle, BundleError, Model, Provenance};
 pub use chain::{ChainSettings, Lf1Form, MaskRule};

@@ -10,12 +10,11 @@ use domain::{
     explanation::{Movement, Surprise},
     rul::HORIZON_FH,
 };
-use prognosis::{Moments, forecast::Draws, posterior::Posterior};
+use prognosis::{Moments, posterior::Posterior};
 
-use crate::{Course, LifeContext, Model};
+use crate::{Course, LifeContext, Model, draws::FEW};
 
-/// Draws of each of the two forecasts, in batches of equal size.
-const DRAWS: usize = 200;
+/// Batches of equal size that the draws of each of the two forecasts are told apart in.
 const BATCHES: usize = 8;
 
 /// The step from one closed block to the next.
@@ -28,8 +27,8 @@ pub(crate) struct Step<'a> {
     pub before: &'a Posterior,
     /// What that led one to expect of its entries.
     pub expected: &'a [Moments],
-    /// What is known after it.
-    pub after: &'a Posterior,
+    /// Draws of the end of life from what is known after it, counted from its last upload.
+    pub after_fh: &'a [Option<f64>],
 }
 
 impl Step<'_> {
@@ -38,16 +37,15 @@ impl Step<'_> {
         let last_of =
             |index: usize| self.course.inside(&self.course.blocks[index]).last().expect("blocks are not empty");
         let (earlier, latest) = (last_of(self.index - 1), last_of(self.index));
-        let before_fh = model.draw(context, self.before, earlier, latest, Draws::fixed(DRAWS)).ends_fh;
-        let after_fh = model.draw(context, self.after, latest, latest, Draws::fixed(DRAWS)).ends_fh;
+        let before_fh = model.draw(context, self.before, earlier, latest, FEW).ends_fh;
         let passed_fh = latest.flight_hours - earlier.flight_hours;
-        let moved_fh = moved(&before_fh, &after_fh, passed_fh);
+        let moved_fh = moved(&before_fh, self.after_fh, passed_fh);
         Movement {
             since: earlier.as_of(),
             passed_fh,
             median_before_fh: median(&before_fh),
             moved_fh,
-            standard_error_fh: moved_fh.and_then(|_| standard_error(&before_fh, &after_fh)),
+            standard_error_fh: moved_fh.and_then(|_| standard_error(&before_fh, self.after_fh)),
             surprises: self.surprises(&model.bundle.faults),
         }
     }
@@ -75,7 +73,7 @@ fn moved(before_fh: &[Option<f64>], after_fh: &[Option<f64>], passed_fh: f64) ->
 
 /// Standard error of the change, from that within each batch; `None` where a batch has none.
 fn standard_error(before_fh: &[Option<f64>], after_fh: &[Option<f64>]) -> Option<f64> {
-    let size = DRAWS / BATCHES;
+    let size = before_fh.len() / BATCHES;
     let batches = before_fh.chunks_exact(size).zip(after_fh.chunks_exact(size));
     let moves: Vec<f64> = batches.map(|(before, after)| moved(before, after, 0.0)).collect::<Option<_>>()?;
     let n = moves.len() as f64;

@@ -9,27 +9,22 @@ use domain::{
     ContentHash, Doubt, DoubtKind, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, NUMERICS_VERSION,
     Prognosis, RulDistribution, SetAside, State,
     block::{BLOCK_FH, MIN_OBSERVATIONS},
-    explanation::{Driver, Movement},
+    explanation::Driver,
     prognosis::{Forecast, Gap, InsufficientHistory},
     rul::HORIZON_FH,
 };
 use prognosis::{
     filter::Filter,
     forecast::{self, Draws},
-    posterior::Posterior,
 };
 
 use crate::{
     Course, LifeContext, Model, Prior,
     course::{Contested, Unusable},
     draws::SEED,
-    movement::Step,
+    walk::{Walk, check_finite},
 };
 
-/// Draws of a state's quantiles: they make the history chart, nobody acts on them.
-const STATE_DRAWS: Draws = Draws::fixed(200);
-/// Every so many blocks of a life its filter is worth keeping for good.
-const CHECKPOINT_BLOCKS: usize = 25;
 /// Largest share of the draws whose end may lie where the surrogate has learned nothing.
 const OUTSIDE_TRAINING: f64 = 0.1;
 
@@ -188,101 +183,6 @@ fn states_from(course: &Course, known: &[State], standing: usize) -> Option<u64>
     }
 }
 
-/// Walks along a life, block by block.
-struct Walk<'a> {
-    model: &'a Model,
-    context: &'a LifeContext<'a>,
-    course: &'a Course,
-    recalled: Option<Checkpoint>,
-}
-
-impl Walk<'_> {
-    /// Follows the life to its last closed block; writes states of all blocks but the first `standing`.
-    fn follow(
-        &mut self,
-        standing: usize,
-        states: &mut Vec<State>,
-        checkpoints: &mut Vec<Checkpoint>,
-    ) -> Result<Option<Checkpoint>, OutlookError> {
-        let (mut filter, begun) = self.begin(standing);
-        let mut before = (begun > 0 && begun == standing).then(|| filter.posterior());
-        for (index, block) in self.course.blocks.iter().enumerate().skip(begun) {
-            let expected = before.is_some().then(|| filter.expect(block));
-            filter.update(block);
-            if index + 1 < standing {
-                continue;
-            }
-            let after = filter.posterior();
-            if index >= standing {
-                let step = before.as_ref().zip(expected.as_deref());
-                let movement = step.map(|(before, expected)| {
-                    Step { course: self.course, index, before, expected, after: &after }
-                        .movement(self.model, self.context)
-                });
-                states.push(self.state(index, &filter, &after, movement)?);
-                if (index + 1).is_multiple_of(CHECKPOINT_BLOCKS) {
-                    checkpoints.push(self.checkpoint(index, &filter));
-                }
-            }
-            before = Some(after);
-        }
-        let last = self.course.blocks.len().checked_sub(1);
-        Ok(last.map(|index| self.checkpoint(index, &filter)))
-    }
-
-    /// The filter from which to follow, and how many blocks it has seen: at most as many as stand.
-    fn begin(&mut self, standing: usize) -> (Filter, usize) {
-        let seen = |checkpoint: &Checkpoint| {
-            let place = self.course.digests[..standing].iter().position(|digest| *digest == checkpoint.digest);
-            place.map(|index| index + 1)
-        };
-        match self.recalled.take().and_then(|checkpoint| seen(&checkpoint).map(|seen| (checkpoint.filter, seen))) {
-            Some(recalled) => recalled,
-            None => {
-                let Prior { body, .. } = self.context.prior;
-                (Filter::new(&self.model.bundle.faults, body).beginning_at(self.context.began_fh), 0)
-            }
-        }
-    }
-
-    fn checkpoint(&self, index: usize, filter: &Filter) -> Checkpoint {
-        let (block, digest) = (self.course.blocks[index].index, self.course.digests[index]);
-        Checkpoint { block, digest, filter: filter.clone() }
-    }
-
-    fn state(
-        &self,
-        index: usize,
-        filter: &Filter,
-        posterior: &Posterior,
-        movement: Option<Movement>,
-    ) -> Result<State, OutlookError> {
-        let (block, digest) = (&self.course.blocks[index], self.course.digests[index]);
-        let inside = self.course.inside(block);
-        let last = &inside[inside.len() - 1];
-        let faults = posterior.trends();
-        check_finite(&faults, block.index)?;
-        let draws = self.model.draw(self.context, posterior, last, last, STATE_DRAWS);
-        let rul = RulDistribution::from_draws(&draws.ends_fh, HORIZON_FH);
-        Ok(State {
-            block: block.index,
-            from_fh: inside[0].flight_hours,
-            as_of: last.as_of(),
-            observations: inside.len(),
-            faults,
-            propagation: posterior.propagation(),
-            rul_quantiles_fh: rul.quantiles_fh(),
-            rul_mean_fh: rul.mean_fh(),
-            censored_fraction: rul.censored_fraction(),
-            horizon_fh: rul.horizon_fh(),
-            growth: posterior.growth_summary(),
-            movement,
-            doubts: filter.doubt().into_iter().collect(),
-            digest,
-        })
-    }
-}
-
 /// The fault groups that drive the end of life, the most frequent first.
 fn drivers(model: &FaultModel, draws: &forecast::Forecast) -> Vec<Driver> {
     let faults = |group: &FaultGroup| match *group {
@@ -361,17 +261,6 @@ fn unusable(Unusable { implausible, undiagnosable }: Unusable) -> String {
     };
     told(implausible, "implausible: no healthy or faulty map fits the samples")
         + &told(undiagnosable, "undiagnosable: too few valid samples")
-}
-
-fn check_finite(faults: &[FaultTrend], block: u64) -> Result<(), OutlookError> {
-    for fault in faults {
-        for (what, value) in [("value", fault.value), ("sigma", fault.sigma), ("trend", fault.trend_per_1000_fh)] {
-            if !value.is_finite() {
-                return Err(OutlookError::NotFinite { what, block, value });
-            }
-        }
-    }
-    Ok(())
 }
 
 fn first_block(states: &[State]) -> Option<u64> {
