@@ -36,6 +36,7 @@ mod judgement;
 mod knowledge;
 pub mod metrics;
 mod recorded;
+mod records;
 pub mod report;
 
 pub use contest::{Contestant, Judged, Replays, replay_all};
@@ -43,3 +44,4 @@ pub use estimator::{Law, Linear, Oracle, Ridge, Thesis};
 pub use judgement::Metrics;
 pub use knowledge::{Knowledge, Unteachable};
 pub use recorded::{CONSTANT_GROWTH, Recorded};
+pub use records::{RecordedEnd, RecordedLife, Records};

@@ -24,6 +24,21 @@ pub trait Boundary: Sync {
     }
 }
 
+/// Each fault has a limit of its own, and the first that is passed ends a life.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limits {
+    /// Nominal value and limit of each fault; they differ, and the sign of their difference is the direction.
+    pub faults: Vec<(f64, f64)>,
+}
+
+impl Boundary for Limits {
+    /// One where nominal, zero at the first limit.
+    fn margin(&self, k: &[f64]) -> f64 {
+        let left = |(k, (nominal, limit)): (&f64, &(f64, f64))| (limit - k) / (limit - nominal);
+        k.iter().zip(&self.faults).map(left).fold(f64::INFINITY, f64::min)
+    }
+}
+
 /// A margin and what is known of its error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margin {
