@@ -7,7 +7,7 @@ use domain::{
     ContentHash, Estimate, NUMERICS_VERSION, Outcome, SetAside, SetAsideReason, State, UploadId,
     block::MIN_OBSERVATIONS, prognosis::Gap,
 };
-use prognosis::block::{Block, Observation, blocks, is_gap, unclosed};
+use prognosis::{Block, Clock, Observation, blocks, unclosed};
 use serde::Serialize;
 
 use crate::{LifeContext, Model, chronology::implausible_hours};
@@ -48,7 +48,8 @@ impl Model {
         let unusable = Unusable::of(&believed);
         let newest = usable.last().or(believed.last().copied()).cloned();
         let observations: Vec<Observation> = usable.iter().filter_map(observation).collect();
-        let mut blocks = blocks(&observations);
+        let clock = &context.prior.body.clock;
+        let mut blocks = blocks(&observations, clock);
         for block in &mut blocks {
             // A mean may be rounded to before all that it is the mean of.
             block.centre_fh = block.centre_fh.max(context.began_fh);
@@ -61,7 +62,7 @@ impl Model {
         let digests = blocks.iter().map(|block| chained(&usable[block.observations.clone()])).collect();
         let open = blocks.last().map_or(0, |block| block.observations.end);
         let inputs_digest = chained(&usable[open..]);
-        let gap = gap(&usable, open).zip(unclosed(&observations, &blocks));
+        let gap = gap(&usable, open, clock).zip(unclosed(&observations, &blocks, clock));
         Course { excluded, contested, unusable, newest, blocks, gap, digests, inputs_digest, usable }
     }
 
@@ -107,10 +108,10 @@ impl Course {
 }
 
 /// The gap between the observations of closed blocks and those from `open` on, if there is one.
-fn gap(usable: &[Estimate], open: usize) -> Option<Gap> {
+fn gap(usable: &[Estimate], open: usize, clock: &Clock) -> Option<Gap> {
     let (last, next) = (usable[..open].last()?, usable.get(open)?);
     let observations = usable.len() - open;
-    is_gap(last.flight_hours, next.flight_hours).then_some(Gap {
+    clock.is_gap(last.flight_hours, next.flight_hours).then_some(Gap {
         from_fh: last.flight_hours,
         to_fh: next.flight_hours,
         observations,

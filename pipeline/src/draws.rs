@@ -1,6 +1,6 @@
 //! Draws of the end of a life from what is known of it.
 
-use domain::{Estimate, Life, rul::HORIZON_FH};
+use domain::{Estimate, Life};
 use numerics::Stream;
 use prognosis::{
     forecast::{self, Draws, ForecastSettings, forecast},
@@ -37,8 +37,9 @@ impl Model {
             ],
         );
         let lag_fh = newest.flight_hours - posterior.t_fh();
-        let settings = ForecastSettings { draws, horizon_fh: HORIZON_FH, ..ForecastSettings::default() };
-        let error = context.prior.body.failure_time_error;
-        forecast(posterior, lag_fh, &self.bundle.surrogate, error, &settings, &stream)
+        let prior = &context.prior.body;
+        let horizon_fh = prior.clock.horizon_fh;
+        let settings = ForecastSettings { draws, horizon_fh, ..ForecastSettings::default() };
+        forecast(posterior, lag_fh, &self.bundle.surrogate, prior.failure_time_error, &settings, &stream)
     }
 }

@@ -8,7 +8,6 @@
 use domain::{
     FaultModel, RulDistribution,
     explanation::{Movement, Surprise},
-    rul::HORIZON_FH,
 };
 use prognosis::{Moments, posterior::Posterior};
 
@@ -84,5 +83,5 @@ fn standard_error(before_fh: &[Option<f64>], after_fh: &[Option<f64>]) -> Option
 
 /// The median, censored draws beyond all others; `None` when it is one.
 fn median(ends_fh: &[Option<f64>]) -> Option<f64> {
-    RulDistribution::from_draws(ends_fh, HORIZON_FH).quantile_fh(0.5)
+    RulDistribution::from_draws(ends_fh, f64::INFINITY).quantile_fh(0.5)
 }

@@ -8,12 +8,11 @@
 use domain::{
     ContentHash, Doubt, DoubtKind, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, NUMERICS_VERSION,
     Prognosis, RulDistribution, SetAside, State,
-    block::{BLOCK_FH, MIN_OBSERVATIONS},
     explanation::Driver,
     prognosis::{Forecast, Gap, InsufficientHistory},
-    rul::HORIZON_FH,
 };
 use prognosis::{
+    Clock,
     filter::Filter,
     forecast::{self, Draws},
 };
@@ -110,12 +109,13 @@ impl Model {
         if superseded && outlook.states_from.is_none() && standing > 0 {
             return Ok(outlook);
         }
+        let clock = &context.prior.body.clock;
         let last_state = outlook.states.last().or(known[..standing].last());
         let forecast = match (&outlook.latest, last_state) {
-            (Some(latest), Some(state)) if course.in_closed_blocks() >= MIN_OBSERVATIONS => {
+            (Some(latest), Some(state)) if course.in_closed_blocks() >= clock.observations => {
                 Ok(self.forecast(context, course, &latest.filter, newest, state)?)
             }
-            _ => Err(insufficient(course)),
+            _ => Err(insufficient(course, clock)),
         };
         outlook.prognosis = Some(Prognosis {
             as_of: newest.as_of(),
@@ -157,7 +157,7 @@ impl Model {
             dominant_fault: dominant_fault(&self.bundle.faults, draws.dominant_group(), &faults),
             faults,
             propagation: posterior.propagation(),
-            rul: RulDistribution::from_draws(&draws.ends_fh, HORIZON_FH),
+            rul: RulDistribution::from_draws(&draws.ends_fh, context.prior.body.clock.horizon_fh),
             p10_error_fh: draws.p10_error_fh,
             median_error_fh: draws.median_error_fh,
             probability_failed: draws.failed_fraction,
@@ -235,18 +235,19 @@ fn dominant_fault(model: &FaultModel, group: usize, faults: &[FaultTrend]) -> St
     model.names[index].clone()
 }
 
-fn insufficient(course: &Course) -> InsufficientHistory {
+fn insufficient(course: &Course, clock: &Clock) -> InsufficientHistory {
+    let Clock { block_fh, observations, .. } = clock;
     let usable = course.usable.as_slice();
     let missing = match usable {
         [] => "no upload so far could be diagnosed".to_owned(),
-        [first, .., last] if usable.len() >= MIN_OBSERVATIONS => format!(
-            "{} usable observations from {} to {} fh; one in a later {BLOCK_FH}-hour block is missing",
+        [first, .., last] if usable.len() >= *observations => format!(
+            "{} usable observations from {} to {} fh; one in a later {block_fh}-hour block is missing",
             usable.len(),
             first.flight_hours,
             last.flight_hours
         ),
         _ => format!(
-            "{} of at least {MIN_OBSERVATIONS} usable observations, followed by one in a later {BLOCK_FH}-hour block",
+            "{} of at least {observations} usable observations, followed by one in a later {block_fh}-hour block",
             usable.len()
         ),
     };

@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use domain::{Doubt, FaultTrend, RulDistribution, State, rul::HORIZON_FH};
+use domain::{Doubt, FaultTrend, RulDistribution, State};
 use prognosis::{Moments, filter::Filter, posterior::Posterior};
 use rayon::prelude::*;
 
@@ -108,7 +108,7 @@ impl Walk<'_> {
             Step { course: self.course, index: *index, before, expected, after_fh: &ends_fh }
                 .movement(self.model, self.context)
         });
-        let rul = RulDistribution::from_draws(&ends_fh, HORIZON_FH);
+        let rul = RulDistribution::from_draws(&ends_fh, self.context.prior.body.clock.horizon_fh);
         Ok(State {
             block: block.index,
             from_fh: inside[0].flight_hours,

@@ -12,7 +12,7 @@ use domain::FaultModel;
 use evaluation::Thesis;
 use numerics::Stream;
 use prognosis::{
-    Estimator, Filter, FleetPrior, ForecastSettings, PredictionSettings, blocks, forecast,
+    Clock, Estimator, Filter, FleetPrior, ForecastSettings, PredictionSettings, blocks, forecast,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings},
 };
 use simulated::{Growth, observe};
@@ -22,7 +22,7 @@ fn online_step(criterion: &mut Criterion) {
     let (prior, mut random) = (FleetPrior::vague(), Stream::new(4, &["bench"]));
     let path = Growth::draw(&prior, &mut random).path(1200.0, &mut random);
     let observations = observe(&path, 1.0, &mut random);
-    let closed = blocks(&observations);
+    let closed = blocks(&observations, &Clock::default());
     let (last, earlier) = closed.split_last().expect("a life of many blocks");
     let mut filter = Filter::new(&FaultModel::electrical(), &prior);
     earlier.iter().for_each(|block| filter.update(block));

@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use domain::{
-    FaultVector,
-    block::{BLOCK_FH, GAP_FH, MIN_OBSERVATIONS},
-};
+use domain::FaultVector;
+
+use crate::clock::Clock;
 
 /// Fewest observations of which the least and the greatest are dropped.
 const MIN_TO_TRIM: usize = 5;
@@ -28,11 +27,11 @@ pub struct Observation {
     pub temperature: Option<f64>,
 }
 
-/// Observations of a stretch of a life, condensed: at least [`MIN_OBSERVATIONS`] of them in a closed block that
+/// Observations of a stretch of a life, condensed: at least [`Clock::observations`] of them in a closed block that
 /// no gap follows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
-    /// floor(t / [`BLOCK_FH`]) of its last observation.
+    /// floor(t / [`Clock::block_fh`]) of its last observation.
     pub index: u64,
     /// Which of the observations it rests on.
     pub observations: Range<usize>,
@@ -61,13 +60,13 @@ pub struct Block {
 /// and observations of equal time may come in any order.
 ///
 /// `observations` are in the order of the life (ascending time), all of the same length.
-pub fn blocks(observations: &[Observation]) -> Vec<Block> {
+pub fn blocks(observations: &[Observation], clock: &Clock) -> Vec<Block> {
     assert!(observations.is_sorted_by(|a, b| a.t_fh <= b.t_fh), "observations in the order of the life");
     let mut closed = Vec::new();
     let mut start = 0;
     for next in 1..observations.len() {
-        if closes(next - start, &observations[next - 1], &observations[next]) {
-            closed.push(condense(observations, start..next));
+        if closes(next - start, &observations[next - 1], &observations[next], clock) {
+            closed.push(condense(observations, start..next, clock));
             start = next;
         }
     }
@@ -75,24 +74,21 @@ pub fn blocks(observations: &[Observation]) -> Vec<Block> {
 }
 
 /// What is known since the last of the `closed` blocks, as if it were closed; `None` if that is nothing.
-pub fn unclosed(observations: &[Observation], closed: &[Block]) -> Option<Block> {
+pub fn unclosed(observations: &[Observation], closed: &[Block], clock: &Clock) -> Option<Block> {
     let start = closed.last().map_or(0, |block| block.observations.end);
-    (start < observations.len()).then(|| condense(observations, start..observations.len()))
-}
-
-/// Whether a stretch of life passes without observations between two of them.
-pub fn is_gap(last_fh: f64, next_fh: f64) -> bool {
-    next_fh - last_fh > GAP_FH
+    (start < observations.len()).then(|| condense(observations, start..observations.len(), clock))
 }
 
 /// Whether `next` closes a block of so many observations, the last of which is `last`.
-fn closes(observations: usize, last: &Observation, next: &Observation) -> bool {
-    index(next) > index(last) && (observations >= MIN_OBSERVATIONS || is_gap(last.t_fh, next.t_fh))
+fn closes(observations: usize, last: &Observation, next: &Observation, clock: &Clock) -> bool {
+    clock.index(next.t_fh) > clock.index(last.t_fh)
+        && (observations >= clock.observations || clock.is_gap(last.t_fh, next.t_fh))
 }
 
 /// [`blocks`] for observations that come one after the other.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct OpenBlock {
+    clock: Clock,
     /// Those of no closed block yet.
     waiting: Vec<Observation>,
     /// Observations in closed blocks.
@@ -100,17 +96,23 @@ pub struct OpenBlock {
 }
 
 impl OpenBlock {
+    /// Nothing yet.
+    pub fn new(clock: Clock) -> Self {
+        Self { clock, waiting: Vec::new(), closed: 0 }
+    }
+
     /// Takes the next observation, in the order of the life; returns the block that it closes.
     pub fn push(&mut self, next: Observation) -> Option<Block> {
         let ends_here = self.waiting.last().is_some_and(|last| {
             assert!(last.t_fh <= next.t_fh, "observations in the order of the life");
-            closes(self.waiting.len(), last, &next)
+            closes(self.waiting.len(), last, &next, &self.clock)
         });
         let mut block = None;
         if ends_here {
             let start = self.closed;
             self.closed += self.waiting.len();
-            block = Some(Block { observations: start..self.closed, ..condense(&self.waiting, 0..self.waiting.len()) });
+            let condensed = condense(&self.waiting, 0..self.waiting.len(), &self.clock);
+            block = Some(Block { observations: start..self.closed, ..condensed });
             self.waiting.clear();
         }
         self.waiting.push(next);
@@ -118,18 +120,14 @@ impl OpenBlock {
     }
 }
 
-fn index(observation: &Observation) -> u64 {
-    (observation.t_fh / BLOCK_FH) as u64
-}
-
-fn condense(observations: &[Observation], range: Range<usize>) -> Block {
+fn condense(observations: &[Observation], range: Range<usize>, clock: &Clock) -> Block {
     let inside = &observations[range.clone()];
     let n = inside.len() as f64;
     let entries = inside[0].fault_vector.values().len();
     let shrink = if inside.len() >= MIN_TO_TRIM { TRIMMED_VARIANCE } else { 1.0 };
     let square = |entry: usize| sum(sorted(inside, |o| o.sigma[entry] * o.sigma[entry])) / n;
     Block {
-        index: index(&inside[inside.len() - 1]),
+        index: clock.index(inside[inside.len() - 1].t_fh),
         centre_fh: sum(sorted(inside, |o| o.t_fh)) / n,
         mean: (0..entries).map(|entry| trimmed_mean(sorted(inside, |o| o.fault_vector.values()[entry]))).collect(),
         variance: (0..entries).map(|entry| shrink * square(entry) / n).collect(),
@@ -182,6 +180,12 @@ mod tests {
 
     use super::*;
 
+    const CLOCK: Clock = Clock { block_fh: 20.0, observations: 3, gap_fh: 200.0, horizon_fh: 10_000.0 };
+
+    fn blocks(observations: &[Observation]) -> Vec<Block> {
+        super::blocks(observations, &CLOCK)
+    }
+
     fn observation(t_fh: f64, value: f64) -> Observation {
         Observation { t_fh, fault_vector: FaultVector(vec![value]), sigma: vec![0.01], load: None, temperature: None }
     }
@@ -213,9 +217,9 @@ mod tests {
         let ranges: Vec<_> = closed.iter().map(|block| block.observations.clone()).collect();
         assert_eq!(ranges, [0..3, 3..4, 4..6, 6..8]);
         assert_eq!((closed[1].centre_fh, closed[1].scatter[0]), (190.0, 0.0));
-        let open = unclosed(&life, &closed).unwrap();
+        let open = unclosed(&life, &closed, &CLOCK).unwrap();
         assert_eq!((open.observations, open.centre_fh), (8..9, 1101.0));
-        assert_eq!(unclosed(&life[..8], &closed), None);
+        assert_eq!(unclosed(&life[..8], &closed, &CLOCK), None);
     }
 
     #[test]
@@ -253,9 +257,9 @@ mod tests {
             for block in &closed {
                 prop_assert_eq!(block.observations.start, start);
                 start = block.observations.end;
-                prop_assert!(index(&life[start]) > block.index);
-                let at_a_gap = is_gap(life[start - 1].t_fh, life[start].t_fh);
-                prop_assert!(block.observations.len() >= MIN_OBSERVATIONS || at_a_gap);
+                prop_assert!(CLOCK.index(life[start].t_fh) > block.index);
+                let at_a_gap = CLOCK.is_gap(life[start - 1].t_fh, life[start].t_fh);
+                prop_assert!(block.observations.len() >= CLOCK.observations || at_a_gap);
             }
             let earlier = blocks(&life[..(cut * life.len() as f64) as usize]);
             prop_assert_eq!(&earlier[..], &closed[..earlier.len()]);
@@ -263,7 +267,7 @@ mod tests {
 
         #[test]
         fn observations_one_by_one_make_the_same_blocks(life in life()) {
-            let mut open = OpenBlock::default();
+            let mut open = OpenBlock::new(CLOCK);
             let one_by_one: Vec<Block> = life.iter().filter_map(|next| open.push(next.clone())).collect();
             prop_assert_eq!(one_by_one, blocks(&life));
         }

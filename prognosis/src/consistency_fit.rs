@@ -35,7 +35,7 @@ pub fn fit_consistency(
     let prior = FleetPrior { consistency: Some(ConsistencyLimits::NONE), ..prior.clone() };
     let watch = |history: &Vec<Observation>| {
         let mut filter = Filter::new(model, &prior);
-        blocks(history).iter().for_each(|block| filter.update(block));
+        blocks(history, &prior.clock).iter().for_each(|block| filter.update(block));
         filter.consistency.and_then(|consistency| Some((consistency.worst(), consistency.scatters()?)))
     };
     let lives: Vec<(Worst, [f64; 2])> = histories.par_iter().filter_map(watch).collect();

@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use crate::{
     block::{Observation, blocks},
     boundary::Boundary,
+    clock::Clock,
     filter::Filter,
     forecast::{Draws, ForecastSettings, forecast},
     prior::{FailureTimeError, FleetPrior},
@@ -86,7 +87,7 @@ fn late_forecasts(
 ) -> Vec<Vec<Residuals>> {
     let of_life = |(index, life): (usize, &FinishedLife)| {
         let stream = Stream::new(seed, &["failure_time", &index.to_string()]);
-        late_residuals(life, Filter::new(model, prior), boundary, &stream)
+        late_residuals(life, Filter::new(model, prior), &prior.clock, boundary, &stream)
     };
     let late: Vec<Vec<Residuals>> = lives.par_iter().enumerate().map(of_life).collect();
     late.into_iter().filter(|forecasts| !forecasts.is_empty()).collect()
@@ -95,8 +96,14 @@ fn late_forecasts(
 /// The forecasts of a life from the first one on whose mean is below [`LATE_FH`], or its last one.
 ///
 /// While that is far, half of the way to it passes until the next look.
-fn late_residuals(life: &FinishedLife, mut filter: Filter, boundary: &dyn Boundary, stream: &Stream) -> Vec<Residuals> {
-    let closed = blocks(&life.observations);
+fn late_residuals(
+    life: &FinishedLife,
+    mut filter: Filter,
+    clock: &Clock,
+    boundary: &dyn Boundary,
+    stream: &Stream,
+) -> Vec<Residuals> {
+    let closed = blocks(&life.observations, clock);
     let (mut late, mut look_at_fh): (Vec<Residuals>, f64) = (Vec::new(), 0.0);
     for (index, block) in closed.iter().enumerate() {
         filter.update(block);

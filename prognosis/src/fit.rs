@@ -77,7 +77,7 @@ pub fn fit_prior_from(
     settings: &FitSettings,
 ) -> Result<FleetPrior, NoHistory> {
     let lives: Vec<Vec<Block>> =
-        histories.par_iter().map(|history| blocks(history)).filter(|life| !life.is_empty()).collect();
+        histories.par_iter().map(|history| blocks(history, &guess.clock)).filter(|life| !life.is_empty()).collect();
     if lives.is_empty() {
         return Err(NoHistory { histories: histories.len() });
     }

@@ -29,8 +29,9 @@
 //!     temperature: None,
 //! };
 //! let life: Vec<Observation> = (0..500).map(seen).collect();
-//! let mut filter = Filter::new(&FaultModel::electrical(), &FleetPrior::vague());
-//! blocks(&life).iter().for_each(|block| filter.update(block));
+//! let prior = FleetPrior::vague();
+//! let mut filter = Filter::new(&FaultModel::electrical(), &prior);
+//! blocks(&life, &prior.clock).iter().for_each(|block| filter.update(block));
 //! let settings = ForecastSettings::default();
 //! let stream = Stream::new(1, &["front page"]);
 //! let ends_fh = forecast(&filter.posterior(), 0.0, &Eighth, None, &settings, &stream).ends_fh;
@@ -46,6 +47,7 @@ pub mod block;
 pub mod boundary;
 pub mod checkpoint;
 pub mod clipping;
+pub mod clock;
 mod consistency;
 mod consistency_fit;
 pub mod ended;
@@ -69,10 +71,11 @@ mod surprise;
 pub mod surrogate;
 
 pub use bank::START_SD;
-pub use block::{Block, Observation, OpenBlock, blocks, is_gap, unclosed};
+pub use block::{Block, Observation, OpenBlock, blocks, unclosed};
 pub use boundary::{Boundary, Limits, Margin};
 pub use checkpoint::CheckpointError;
 pub use clipping::ClippedMean;
+pub use clock::Clock;
 pub use consistency_fit::fit_consistency;
 pub use ended::{EndedLife, Ending};
 pub use estimator::{Climatology, Estimator, Follower, PredictionSettings, Rbg, RulEstimate};

@@ -3,7 +3,7 @@
 use domain::FaultGroup;
 use serde::{Deserialize, Serialize};
 
-use crate::{clipping::ClippedMean, growth_changes::GrowthChanges, limits::ConsistencyLimits};
+use crate::{clipping::ClippedMean, clock::Clock, growth_changes::GrowthChanges, limits::ConsistencyLimits};
 
 /// Number of growth rates in the grid.
 const RATES: usize = 15;
@@ -35,6 +35,9 @@ pub struct FleetPrior {
     /// Limits beyond which a life is not one of this fleet; without them, none is doubted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub consistency: Option<ConsistencyLimits>,
+    /// The grain of time that it was learned with.
+    #[serde(default, skip_serializing_if = "Clock::is_default")]
+    pub clock: Clock,
 }
 
 /// Prior of one kind of group.
@@ -94,6 +97,7 @@ impl FleetPrior {
             growth_changes: None,
             clipped_mean: ClippedMean::default(),
             consistency: None,
+            clock: Clock::default(),
         }
     }
 

@@ -104,7 +104,7 @@ impl Estimator for Oracle<'_> {
         let mut new = |_| (0..self.model.len()).map(|_| START_SD * stream.normal()).collect();
         Box::new(Life {
             oracle: self,
-            open: OpenBlock::default(),
+            open: OpenBlock::new(self.prior.clock),
             t_fh: 0.0,
             particles: (0..PARTICLES).map(&mut new).collect(),
             stream,

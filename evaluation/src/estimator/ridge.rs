@@ -51,7 +51,7 @@ impl Estimator for Ridge<'_> {
             };
             indices.into_iter().for_each(|index| entries[index] = Entry::new(means, variances));
         }
-        Box::new(Life { ridge: self, open: OpenBlock::default(), t_fh: 0.0, observations: 0, entries })
+        Box::new(Life { ridge: self, open: OpenBlock::new(self.prior.clock), t_fh: 0.0, observations: 0, entries })
     }
 }
 

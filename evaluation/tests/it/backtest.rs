@@ -8,8 +8,8 @@ use evaluation::{
 };
 use numerics::Stream;
 use prognosis::{
-    Boundary, Draws, Estimator, Filter, FleetPrior, Follower, ForecastSettings, Observation, PredictionSettings, Rbg,
-    RulEstimate, blocks, forecast,
+    Boundary, Clock, Draws, Estimator, Filter, FleetPrior, Follower, ForecastSettings, Observation, PredictionSettings,
+    Rbg, RulEstimate, blocks, forecast,
 };
 
 const SETTINGS: ReplaySettings =
@@ -129,7 +129,7 @@ fn the_default_is_the_filter_and_its_forecast() {
     let estimate = follower.predict(now_fh, &SETTINGS.prediction, &stream);
 
     let mut filter = Filter::new(&model, &prior);
-    blocks(seen).iter().for_each(|block| filter.update(block));
+    blocks(seen, &Clock::default()).iter().for_each(|block| filter.update(block));
     let posterior = filter.posterior();
     let settings = ForecastSettings { draws: Draws::fixed(60), horizon_fh: 8000.0, ..ForecastSettings::default() };
     let direct = forecast(&posterior, now_fh - posterior.t_fh(), &Sum, None, &settings, &stream);

@@ -7,8 +7,8 @@ use domain::{FaultModel, RulDistribution};
 use evaluation::metrics;
 use numerics::Stream;
 use prognosis::{
-    Draws, Filter, FinishedLife, FitSettings, FleetPrior, ForecastSettings, blocks, fit_failure_time_error, fit_prior,
-    forecast,
+    Clock, Draws, Filter, FinishedLife, FitSettings, FleetPrior, ForecastSettings, blocks, fit_failure_time_error,
+    fit_prior, forecast,
     surrogate::{RegressionSettings, Surrogate, SurrogateSettings},
 };
 use rayon::prelude::*;
@@ -100,7 +100,7 @@ fn judge(life: &Life, run: usize, prior: &FleetPrior, surrogate: &Surrogate, den
     let at = |t_fh: f64| {
         let seen = life.observations.partition_point(|observation| observation.t_fh <= t_fh);
         let mut filter = Filter::new(&FaultModel::electrical(), prior);
-        blocks(&life.observations[..seen]).iter().for_each(|block| filter.update(block));
+        blocks(&life.observations[..seen], &Clock::default()).iter().for_each(|block| filter.update(block));
         let posterior = filter.posterior();
         let settings = ForecastSettings { draws: Draws::fixed(density.draws), horizon_fh: HORIZON_FH, step_fh: 20.0 };
         let stream = Stream::new(1, &[&run.to_string(), &t_fh.to_string()]);

@@ -33,7 +33,7 @@ impl Estimator for Rbg<'_> {
     fn follow(&self) -> Box<dyn Follower + '_> {
         Box::new(Life {
             filter: Filter::new(self.model, self.prior),
-            open: OpenBlock::default(),
+            open: OpenBlock::new(self.prior.clock),
             boundary: self.boundary,
             error: self.prior.failure_time_error,
         })

@@ -3,14 +3,14 @@
 use crate::simulated::{Growth, observe};
 use domain::{ContentHash, FaultModel};
 use numerics::Stream;
-use prognosis::{Block, CheckpointError, ConsistencyLimits, Filter, FleetPrior, GrowthChanges, blocks};
+use prognosis::{Block, CheckpointError, Clock, ConsistencyLimits, Filter, FleetPrior, GrowthChanges, blocks};
 use proptest::prelude::*;
 
 /// The blocks of 1,200 h of a life drawn from the vague prior.
 fn life() -> Vec<Block> {
     let (prior, mut random) = (FleetPrior::vague(), Stream::new(4, &["checkpoint"]));
     let path = Growth::draw(&prior, &mut random).path(1200.0, &mut random);
-    blocks(&observe(&path, 1.0, &mut random))
+    blocks(&observe(&path, 1.0, &mut random), &Clock::default())
 }
 
 fn changing() -> FleetPrior {

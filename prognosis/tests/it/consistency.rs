@@ -9,7 +9,9 @@ use ema::{
     wear_law::Regime,
 };
 use numerics::Stream;
-use prognosis::{ConsistencyLimits, Filter, FitSettings, FleetPrior, Observation, blocks, fit_consistency, fit_prior};
+use prognosis::{
+    Clock, ConsistencyLimits, Filter, FitSettings, FleetPrior, Observation, blocks, fit_consistency, fit_prior,
+};
 use rayon::prelude::*;
 
 /// As learned from a hundred lives of the standard fleet, rounded.
@@ -22,7 +24,7 @@ fn begin(prior: &FleetPrior) -> Filter {
 
 fn filter(observations: &[Observation], prior: &FleetPrior) -> Filter {
     let mut filter = begin(prior);
-    blocks(observations).iter().for_each(|block| filter.update(block));
+    blocks(observations, &Clock::default()).iter().for_each(|block| filter.update(block));
     filter
 }
 
@@ -83,7 +85,7 @@ fn one_odd_block_is_not_enough() {
 
 #[test]
 fn expectations_do_not_move_the_filter_and_depend_on_the_time_of_a_block_only() {
-    let closed = blocks(&life(1.0));
+    let closed = blocks(&life(1.0), &Clock::default());
     let mut filter = begin(&watchful());
     closed[..30].iter().for_each(|block| filter.update(block));
     let (before, mut other) = (filter.clone(), closed[30].clone());
@@ -100,7 +102,7 @@ fn expectations_do_not_move_the_filter_and_depend_on_the_time_of_a_block_only() 
 fn surprises(lives: &[Vec<Observation>], prior: &FleetPrior) -> Vec<f64> {
     let of_life = |life: &Vec<Observation>| {
         let (mut filter, mut surprises) = (begin(prior), Vec::new());
-        for block in blocks(life) {
+        for block in blocks(life, &Clock::default()) {
             let expected = filter.expect(&block);
             surprises.extend(block.mean.iter().zip(expected).map(|(seen, e)| (seen - e.mean) / e.sigma));
             filter.update(&block);

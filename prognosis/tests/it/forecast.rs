@@ -9,8 +9,8 @@ use crate::simulated::{Growth, observe};
 use domain::{FaultModel, RulDistribution};
 use numerics::Stream;
 use prognosis::{
-    Boundary, Draws, Filter, FleetPrior, Forecast, ForecastSettings, GrowthChanges, Margin, Posterior, Precision,
-    blocks, forecast,
+    Boundary, Clock, Draws, Filter, FleetPrior, Forecast, ForecastSettings, GrowthChanges, Margin, Posterior,
+    Precision, blocks, forecast,
     surrogate::{LabelledFaults, RegressionSettings, Surrogate, SurrogateSettings, SvmSettings},
 };
 use proptest::prelude::*;
@@ -45,7 +45,7 @@ fn posterior(seed: u64, until_fh: f64) -> Posterior {
     let (prior, mut random) = (FleetPrior::vague(), Stream::new(seed, &["forecast"]));
     let path = Growth::draw(&prior, &mut random).path(until_fh, &mut random);
     let mut filter = Filter::new(&FaultModel::electrical(), &prior);
-    blocks(&observe(&path, 1.0, &mut random)).iter().for_each(|block| filter.update(block));
+    blocks(&observe(&path, 1.0, &mut random), &Clock::default()).iter().for_each(|block| filter.update(block));
     filter.posterior()
 }
 

@@ -5,8 +5,8 @@ use domain::{FaultModel, FaultVector};
 use evaluation::metrics;
 use numerics::Stream;
 use prognosis::{
-    Boundary, Draws, FailureTimeError, Filter, FinishedLife, FitSettings, FleetPrior, Forecast, ForecastSettings,
-    NoHistory, Observation, Posterior, blocks, fit_failure_time_error, fit_prior, forecast,
+    Boundary, Clock, Draws, FailureTimeError, Filter, FinishedLife, FitSettings, FleetPrior, Forecast,
+    ForecastSettings, NoHistory, Observation, Posterior, blocks, fit_failure_time_error, fit_prior, forecast,
 };
 use rayon::prelude::*;
 
@@ -23,7 +23,7 @@ impl Boundary for Weighted {
 
 fn posterior(observations: &[Observation], prior: &FleetPrior) -> Posterior {
     let mut filter = Filter::new(&FaultModel::electrical(), prior);
-    blocks(observations).iter().for_each(|block| filter.update(block));
+    blocks(observations, &Clock::default()).iter().for_each(|block| filter.update(block));
     filter.posterior()
 }
 
@@ -110,7 +110,7 @@ fn reports_agree_with_the_estimates() {
         assert_eq!(propagation.control_matrix_sigma[i].len(), 3);
         assert!(propagation.control_matrix_sigma[i][0] > 0.0);
     }
-    let closed: usize = blocks(&quiet_life()).iter().map(|block| block.observations.len()).sum();
+    let closed: usize = blocks(&quiet_life(), &Clock::default()).iter().map(|block| block.observations.len()).sum();
     assert_eq!(propagation.observations, closed);
 }
 

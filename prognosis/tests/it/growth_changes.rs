@@ -5,7 +5,8 @@ use domain::FaultModel;
 use evaluation::metrics;
 use numerics::Stream;
 use prognosis::{
-    Boundary, Draws, Filter, FleetPrior, Forecast, ForecastSettings, GrowthChanges, Observation, blocks, forecast,
+    Boundary, Clock, Draws, Filter, FleetPrior, Forecast, ForecastSettings, GrowthChanges, Observation, blocks,
+    forecast,
 };
 use rayon::prelude::*;
 
@@ -25,7 +26,7 @@ fn with(growth_changes: GrowthChanges) -> FleetPrior {
 
 fn filter(observations: &[Observation], prior: &FleetPrior) -> Filter {
     let mut filter = Filter::new(&FaultModel::electrical(), prior);
-    blocks(observations).iter().for_each(|block| filter.update(block));
+    blocks(observations, &Clock::default()).iter().for_each(|block| filter.update(block));
     filter
 }
 
