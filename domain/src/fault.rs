@@ -2,12 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How entries of a fault vector propagate: alone and one-sided, or as a pair that shares a rate.
+/// How entries of a fault vector propagate: alone, one-sided or not, or as a pair that shares a rate.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum FaultGroup {
     /// A severity that cannot fall below nominal, such as a shorted fraction of a winding.
     OneSided {
+        /// Index into the fault vector.
+        index: usize,
+    },
+    /// A severity that may also be seen below nominal, such as a health index.
+    Free {
         /// Index into the fault vector.
         index: usize,
     },
@@ -22,7 +27,7 @@ impl FaultGroup {
     /// Entries of the fault vector in the order of the axes of the group.
     pub fn entries(&self) -> impl Iterator<Item = usize> + use<> {
         let (first, second) = match *self {
-            Self::OneSided { index } => (index, None),
+            Self::OneSided { index } | Self::Free { index } => (index, None),
             Self::Pair { indices: [a, b] } => (a, Some(b)),
         };
         std::iter::once(first).chain(second)
@@ -70,7 +75,7 @@ impl FaultModel {
     pub fn one_sided(&self) -> impl Iterator<Item = usize> {
         self.groups.iter().filter_map(|group| match *group {
             FaultGroup::OneSided { index } => Some(index),
-            FaultGroup::Pair { .. } => None,
+            FaultGroup::Free { .. } | FaultGroup::Pair { .. } => None,
         })
     }
 

@@ -186,7 +186,7 @@ fn states_from(course: &Course, known: &[State], standing: usize) -> Option<u64>
 /// The fault groups that drive the end of life, the most frequent first.
 fn drivers(model: &FaultModel, draws: &forecast::Forecast) -> Vec<Driver> {
     let faults = |group: &FaultGroup| match *group {
-        FaultGroup::OneSided { index } => vec![model.names[index].clone()],
+        FaultGroup::OneSided { index } | FaultGroup::Free { index } => vec![model.names[index].clone()],
         FaultGroup::Pair { indices } => indices.iter().map(|&index| model.names[index].clone()).collect(),
     };
     let shares = model.groups.iter().zip(draws.driver_shares()).filter(|(_, share)| *share > 0.0);
@@ -226,7 +226,7 @@ fn contested(Contested { set_aside, of }: Contested) -> Doubt {
 /// The entry of the dominant group that is furthest from nominal.
 fn dominant_fault(model: &FaultModel, group: usize, faults: &[FaultTrend]) -> String {
     let index = match model.groups[group] {
-        FaultGroup::OneSided { index } => index,
+        FaultGroup::OneSided { index } | FaultGroup::Free { index } => index,
         FaultGroup::Pair { indices: [a, b] } => {
             let deviation = |i: usize| (faults[i].value - model.nominal[i]).abs();
             if deviation(b) > deviation(a) { b } else { a }

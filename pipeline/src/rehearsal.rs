@@ -328,7 +328,7 @@ impl Model {
         let faults = &self.bundle.faults;
         let one_sided = faults.groups.iter().find_map(|group| match group {
             FaultGroup::OneSided { index } => Some(*index),
-            FaultGroup::Pair { .. } => None,
+            FaultGroup::Free { .. } | FaultGroup::Pair { .. } => None,
         });
         let mut deviations = vec![0.0; faults.len()];
         deviations[one_sided.unwrap_or(0)] = deviation;

@@ -79,7 +79,7 @@ impl Checked {
         let mut times = vec![0; faults.len()];
         for (i, group) in faults.groups.iter().enumerate() {
             let indices = match group {
-                FaultGroup::OneSided { index } => vec![*index],
+                FaultGroup::OneSided { index } | FaultGroup::Free { index } => vec![*index],
                 FaultGroup::Pair { indices } => indices.to_vec(),
             };
             for index in indices {

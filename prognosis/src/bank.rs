@@ -6,11 +6,8 @@ use crate::{
     block::Block,
     clipping::ClippedMean,
     kalman::{Measurement, Track, Transition},
-    prior::BiasPrior,
+    prior::{BiasPrior, StartPrior},
 };
-
-/// Standard deviation of every deviation at the start of a life.
-pub const START_SD: f64 = 1e-3;
 
 /// A group under one hypothesis: Kalman filters over the grid of rates.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,17 +29,18 @@ pub(crate) struct Axis {
 }
 
 impl Bank {
-    pub fn new(group: &FaultGroup, rate_weights: &[f64], bias: BiasPrior) -> Self {
+    pub fn new(group: &FaultGroup, rate_weights: &[f64], bias: BiasPrior, start: StartPrior) -> Self {
         let start = Track {
-            x: 0.0,
+            x: start.mean,
             b: bias.mean_per_h,
-            p_xx: START_SD * START_SD,
+            p_xx: start.sd * start.sd,
             p_xb: 0.0,
             p_bb: bias.sd_per_h * bias.sd_per_h,
         };
         let axis = |entry, clipped| Axis { entry, clipped, tracks: vec![start; rate_weights.len()] };
         let axes = match *group {
             FaultGroup::OneSided { index } => vec![axis(index, true)],
+            FaultGroup::Free { index } => vec![axis(index, false)],
             FaultGroup::Pair { indices } => indices.map(|index| axis(index, false)).into(),
         };
         Self { log_weights: rate_weights.iter().map(|&weight| libm::log(weight)).collect(), axes }

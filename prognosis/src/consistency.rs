@@ -88,7 +88,7 @@ impl Consistency {
     pub fn new(model: &FaultModel, prior: &FleetPrior, limits: ConsistencyLimits) -> Self {
         let drift = |group: &FaultGroup| {
             let sd_per_h = DRIFT_SCALE * prior.of(group).dominant.sd_per_h;
-            Bank::new(group, &[1.0], BiasPrior { mean_per_h: 0.0, sd_per_h })
+            Bank::new(group, &[1.0], BiasPrior { mean_per_h: 0.0, sd_per_h }, prior.start)
         };
         Self {
             limits,
@@ -125,6 +125,7 @@ impl Consistency {
         for group in &model.groups {
             let entries: &[usize] = match group {
                 FaultGroup::Pair { indices } => indices,
+                FaultGroup::Free { index } => std::slice::from_ref(index),
                 FaultGroup::OneSided { index } => {
                     let clear = block.mean[*index] - model.nominal[*index] > CLEARANCE * block.sigma[*index];
                     if clear { std::slice::from_ref(index) } else { &[] }

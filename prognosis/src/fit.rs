@@ -165,7 +165,7 @@ impl Summary {
         for particle in &posterior.particles {
             for (mode, group) in particle.modes.iter().zip(&model.groups) {
                 let kind = match group {
-                    FaultGroup::OneSided { .. } => &mut summary.one_sided,
+                    FaultGroup::OneSided { .. } | FaultGroup::Free { .. } => &mut summary.one_sided,
                     FaultGroup::Pair { .. } => &mut summary.pair,
                 };
                 let dominant = particle.weight * mode.dominant_probability;
@@ -188,7 +188,7 @@ impl Summary {
         let dominance: f64 = model.groups.iter().map(|group| parent.of(group).dominance).sum();
         for group in &model.groups {
             let (kind, axes) = match group {
-                FaultGroup::OneSided { .. } => (&mut summary.one_sided, 1.0),
+                FaultGroup::OneSided { .. } | FaultGroup::Free { .. } => (&mut summary.one_sided, 1.0),
                 FaultGroup::Pair { .. } => (&mut summary.pair, 2.0),
             };
             kind.add(&Kind::of_parent(parent.of(group), dominance, lives, axes));

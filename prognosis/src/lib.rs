@@ -70,7 +70,6 @@ pub mod scale;
 mod surprise;
 pub mod surrogate;
 
-pub use bank::START_SD;
 pub use block::{Block, Observation, OpenBlock, blocks, unclosed};
 pub use boundary::{Boundary, Limits, Margin};
 pub use checkpoint::CheckpointError;
@@ -90,5 +89,5 @@ pub use limits::ConsistencyLimits;
 pub use moments::Moments;
 pub use noise::{NoNoise, fit_noise};
 pub use posterior::{EntryEstimate, Posterior};
-pub use prior::{BiasPrior, FailureTimeError, FleetPrior, GroupPrior};
+pub use prior::{BiasPrior, FailureTimeError, FleetPrior, GroupPrior, START_SD, StartPrior};
 pub use scale::{REFERENCE_LIFE_FH, REFERENCE_LIMIT, Scale};

@@ -58,7 +58,7 @@ pub fn fit_noise(histories: &[Vec<Observation>], model: &FaultModel) -> Result<V
 /// Entries of the pairs, or of all others.
 fn entries_of_kind(model: &FaultModel, pair: bool) -> Vec<usize> {
     let entries = |group: &FaultGroup| match *group {
-        FaultGroup::OneSided { index } if !pair => vec![index],
+        FaultGroup::OneSided { index } | FaultGroup::Free { index } if !pair => vec![index],
         FaultGroup::Pair { indices } if pair => indices.to_vec(),
         _ => Vec::new(),
     };

@@ -7,7 +7,11 @@ use numerics::{
     resampling,
 };
 
-use crate::{bank::Bank, growth_changes::GrowthChanges, prior::GroupPrior};
+use crate::{
+    bank::Bank,
+    growth_changes::GrowthChanges,
+    prior::{GroupPrior, StartPrior},
+};
 
 /// One hypothesis about the growth so far.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,11 +110,11 @@ pub(crate) fn log_evidence(particles: &[Particle]) -> f64 {
 
 impl Mode {
     /// A group at the start of a life, by the prior of its kind.
-    pub fn new(group: &FaultGroup, kind: &GroupPrior) -> Self {
+    pub fn new(group: &FaultGroup, kind: &GroupPrior, start: StartPrior) -> Self {
         Self {
             log_dominance: libm::log(kind.dominance),
-            minor: Bank::new(group, &kind.rate_weights, kind.minor),
-            dominant: Bank::new(group, &kind.rate_weights, kind.dominant),
+            minor: Bank::new(group, &kind.rate_weights, kind.minor, start),
+            dominant: Bank::new(group, &kind.rate_weights, kind.dominant, start),
         }
     }
 }

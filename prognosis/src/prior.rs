@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{clipping::ClippedMean, clock::Clock, growth_changes::GrowthChanges, limits::ConsistencyLimits};
 
+/// Standard deviation of a deviation at the start of a life, where nothing else was learned.
+pub const START_SD: f64 = 1e-3;
 /// Number of growth rates in the grid.
 const RATES: usize = 15;
 /// Ends of the grid, 1/h.
@@ -18,7 +20,7 @@ const RATE_RANGE_PER_H: [f64; 2] = [1e-4, 1.6e-3];
 pub struct FleetPrior {
     /// The log-spaced grid of growth rates lambda, 1/h.
     pub rates_per_h: Vec<f64>,
-    /// One-sided faults, pooled.
+    /// Faults that stand alone, pooled.
     pub one_sided: GroupPrior,
     /// Pairs, pooled; their bias has mean zero on each axis.
     pub pair: GroupPrior,
@@ -35,6 +37,9 @@ pub struct FleetPrior {
     /// Limits beyond which a life is not one of this fleet; without them, none is doubted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub consistency: Option<ConsistencyLimits>,
+    /// Where deviations start, where that was learned.
+    #[serde(default, skip_serializing_if = "StartPrior::is_default")]
+    pub start: StartPrior,
     /// The grain of time that it was learned with.
     #[serde(default, skip_serializing_if = "Clock::is_default")]
     pub clock: Clock,
@@ -60,6 +65,27 @@ pub struct BiasPrior {
     pub mean_per_h: f64,
     /// Standard deviation.
     pub sd_per_h: f64,
+}
+
+/// Normal prior of every deviation at the start of a life.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StartPrior {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub sd: f64,
+}
+
+impl Default for StartPrior {
+    fn default() -> Self {
+        Self { mean: 0.0, sd: START_SD }
+    }
+}
+
+impl StartPrior {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// Normal error of the failure time: true failure minus crossing of the surrogate's boundary.
@@ -97,6 +123,7 @@ impl FleetPrior {
             growth_changes: None,
             clipped_mean: ClippedMean::default(),
             consistency: None,
+            start: StartPrior::default(),
             clock: Clock::default(),
         }
     }
@@ -111,7 +138,7 @@ impl FleetPrior {
     /// The prior of a group's kind.
     pub fn of(&self, group: &FaultGroup) -> &GroupPrior {
         match group {
-            FaultGroup::OneSided { .. } => &self.one_sided,
+            FaultGroup::OneSided { .. } | FaultGroup::Free { .. } => &self.one_sided,
             FaultGroup::Pair { .. } => &self.pair,
         }
     }

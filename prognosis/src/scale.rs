@@ -49,7 +49,7 @@ pub fn reference_deviation(severity: f64) -> f64 {
 
 /// Faults of these names, each by itself, in reference deviations.
 pub fn reference_faults(names: Vec<String>) -> FaultModel {
-    let groups = (0..names.len()).map(|index| FaultGroup::OneSided { index }).collect();
+    let groups = (0..names.len()).map(|index| FaultGroup::Free { index }).collect();
     FaultModel { nominal: vec![0.0; names.len()], names, groups }
 }
 

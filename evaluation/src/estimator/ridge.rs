@@ -46,7 +46,7 @@ impl Estimator for Ridge<'_> {
         for group in &self.model.groups {
             let (means, variances) = growth_prior(self.prior.of(group), &self.prior.rates_per_h, groups);
             let indices = match group {
-                FaultGroup::OneSided { index } => vec![*index],
+                FaultGroup::OneSided { index } | FaultGroup::Free { index } => vec![*index],
                 FaultGroup::Pair { indices } => indices.to_vec(),
             };
             indices.into_iter().for_each(|index| entries[index] = Entry::new(means, variances));

@@ -35,7 +35,7 @@ impl Growth {
             let BiasPrior { mean_per_h, sd_per_h } = if index == dominant { kind.dominant } else { kind.minor };
             let rate = prior.rates_per_h[pick(&kind.rate_weights, random)];
             let entries = match group {
-                FaultGroup::OneSided { index } => vec![*index],
+                FaultGroup::OneSided { index } | FaultGroup::Free { index } => vec![*index],
                 FaultGroup::Pair { indices } => indices.to_vec(),
             };
             for entry in entries {
