@@ -11,7 +11,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use domain::sensor_configuration::{Side, Surface};
 
 fn loads(criterion: &mut Criterion) {
-    let folder = cases::excerpt();
+    let folder = cases::folder();
     let estimator = cases::estimator(&cases::parameters(&folder, "D_faulty"), None);
     let cases = cases::cases(&Table::open(&folder.join("D_faulty.csv")));
     let estimate = |case: &cases::Case| {

@@ -7,6 +7,7 @@
 //! cargo run -p prognosis --example choose_default
 //! ```
 
+#[allow(dead_code, reason = "the tests read the excerpt")]
 #[path = "../../prognosis/tests/it/histories/mod.rs"]
 mod histories;
 #[path = "../../prognosis/tests/it/labelled/mod.rs"]

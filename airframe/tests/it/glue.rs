@@ -30,8 +30,7 @@ fn what_tells_nothing_is_not_fitted() {
 /// stays in the readings as noise.
 #[test]
 fn losses_of_epoxy_and_cyanoacrylate_are_found() {
-    let Some(folder) = cases::full_set() else { return };
-    let table = Table::open(&folder.join("glue_settling.csv"));
+    let table = Table::open(&cases::folder().join("glue_settling.csv"));
     let (ages, rises_k) = (table.numbers("t_day"), table.numbers("T_meas_K_rel"));
     for (column, reference_nm, loss) in
         [("lambda_epoxy_nm", 1540.0, glue::EPOXY_LOSS), ("lambda_cyano_nm", 1550.0, glue::CYANOACRYLATE_LOSS)]

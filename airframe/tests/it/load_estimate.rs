@@ -18,7 +18,7 @@ const AIR_DATA: AirData = AirData {
 };
 
 fn configuration() -> SensorConfiguration {
-    let mut configuration = cases::parameters(&cases::excerpt(), "D").configuration().expect("parameters");
+    let mut configuration = cases::parameters(&cases::folder(), "D").configuration().expect("parameters");
     let places = [
         ("AIL-L", Surface::Aileron, Side::Left),
         ("AIL-R", Surface::Aileron, Side::Right),

@@ -37,20 +37,11 @@ fn reproduces(folder: &Path, set: &str, parameters: &str) {
 }
 
 #[test]
-fn the_excerpt_is_reproduced() {
+fn estimates_are_the_prototypes() {
+    let folder = cases::folder();
     for layout in ["A", "D"] {
-        reproduces(&cases::excerpt(), &format!("{layout}_valid"), layout);
-        reproduces(&cases::excerpt(), &format!("{layout}_faulty"), &format!("{layout}_faulty"));
-    }
-}
-
-#[test]
-fn the_full_set_is_reproduced() {
-    let Some(folder) = cases::full_set() else { return };
-    for layout in ["A", "D"] {
-        for (set, parameters) in [("train", ""), ("valid", ""), ("faulty", "_faulty")] {
-            reproduces(&folder, &format!("{layout}_{set}"), &format!("{layout}{parameters}"));
-        }
+        reproduces(&folder, &format!("{layout}_valid"), layout);
+        reproduces(&folder, &format!("{layout}_faulty"), &format!("{layout}_faulty"));
     }
 }
 
@@ -107,7 +98,7 @@ impl Judged {
 
 #[test]
 fn without_mismatch_errors_are_small() {
-    let Some(folder) = cases::full_set() else { return };
+    let folder = cases::folder();
     let estimator = cases::estimator(&cases::parameters(&folder, "D"), None);
     let table = Table::open(&folder.join("D_valid.csv"));
     let estimates = cases::cases(&table).iter().map(|case| estimate(&estimator, case)).collect();
@@ -118,7 +109,7 @@ fn without_mismatch_errors_are_small() {
 /// grating in 54 of 200 cases.
 #[test]
 fn mismatch_and_failed_gratings_are_withstood() {
-    let Some(folder) = cases::full_set() else { return };
+    let folder = cases::folder();
     for (layout, median, p95, named) in [("A", [1.27, 1.60], [6.4, 5.9], 51), ("D", [0.71, 0.40], [2.9, 1.5], 50)] {
         let estimator = cases::estimator(&cases::parameters(&folder, &format!("{layout}_faulty")), None);
         let truth = Table::open(&folder.join(format!("{layout}_faulty_truth.csv")));
@@ -136,8 +127,8 @@ fn mismatch_and_failed_gratings_are_withstood() {
 /// Without air data the fleet's flight conditions are all that the strain has beside it.
 #[test]
 fn strain_alone_gives_a_load_where_torsion_is_seen() {
-    let Some(folder) = cases::full_set() else { return };
-    let train = Table::open(&folder.join("D_train.csv"));
+    let folder = cases::folder();
+    let train = Table::open(&folder.join("train_conditions.csv"));
     let envelope = FlightEnvelope::of_cases(&cases::true_products(&train));
     let estimator = cases::estimator(&cases::parameters(&folder, "D"), envelope);
     let table = Table::open(&folder.join("D_valid.csv"));

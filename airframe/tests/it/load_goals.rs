@@ -54,7 +54,7 @@ fn fresh_flights_are_read_as_well_as_they_should() {
         Goals { layout: "D", median_percent: [0.8, 0.45], p95_percent: [3.5, 2.0] },
     ];
     for Goals { layout, median_percent, p95_percent } in goals {
-        let estimator = cases::estimator(&cases::parameters(&cases::excerpt(), &format!("{layout}_faulty")), None);
+        let estimator = cases::estimator(&cases::parameters(&cases::folder(), &format!("{layout}_faulty")), None);
         let mut tally = Tally::default();
         for flight in 0..FLIGHTS {
             let stream = Stream::new(flight, &["load goals"]);

@@ -1,7 +1,8 @@
 //! The reference wing against an independent prototype, and against what holds for any section.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use crate::cases::{self, Table};
 use airframe::{
     Basis, Layout, Section, SectionGeometry, SectionLoads, flight_products, products::response, reference_beam,
     reference_configuration, strains,
@@ -46,18 +47,6 @@ pub fn thesis_case() -> AirData {
 
 fn section() -> Section {
     Section::new(SectionGeometry::reference())
-}
-
-/// Flight-condition products of the prototype's training cases.
-fn training_products() -> Vec<[f64; FLIGHT_PRODUCTS]> {
-    let row = |line: &str| {
-        let [v, q, alpha, p, flap, aileron] = line.split(',').map(|x| x.parse().unwrap()).collect::<Vec<f64>>()[..6]
-        else {
-            panic!("{line}: fewer than six columns")
-        };
-        [q, q * alpha, q * p / v, q * flap, q * aileron]
-    };
-    fixture("train_conditions.csv").lines().skip(1).map(row).collect()
 }
 
 /// Lift over the span by its causes.
@@ -304,34 +293,20 @@ fn maps_are_the_prototypes() {
 /// Strains and hinge moments of the prototype's cases, to a hundredth of a microstrain and 1e-5.
 #[test]
 fn cases_have_the_prototypes_strains_and_moments() {
-    let data = std::env::var_os("ACTUARY_DATA").map(PathBuf::from);
-    let data = data.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"));
-    for (layout, set) in
-        [(Layout::A, "A_train"), (Layout::A, "A_valid"), (Layout::D, "D_train"), (Layout::D, "D_valid")]
-    {
-        let Ok(text) = std::fs::read_to_string(data.join("loads").join(format!("{set}.csv"))) else {
-            println!("skipped: no data");
-            return;
-        };
+    let folder = cases::folder();
+    let conditions = Table::open(&folder.join("train_conditions.csv"));
+    let moments = ["M_f_Nm", "M_a_Nm"].map(|name| conditions.numbers(name));
+    for (layout, name) in [(Layout::A, "A"), (Layout::D, "D")] {
         let configuration = reference_configuration(layout);
-        let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-        for line in text.lines().skip(1) {
-            let row: Vec<&str> = line.split(',').collect();
-            let value = |name: &str| row[names.iter().position(|n| *n == name).unwrap()].parse::<f64>().unwrap();
-            let products = flight_products(&AirData {
-                dynamic_pressure_pa: value("q_Pa"),
-                airspeed_m_s: value("V_mps"),
-                angle_of_attack_rad: value("alpha_rad"),
-                roll_rate_rad_s: value("p_radps"),
-                flap_rad: value("delta_f_rad"),
-                aileron_rad: value("delta_a_rad"),
-            });
-            for (i, strain) in strains(&configuration.strain_map, &products).into_iter().enumerate() {
-                close(strain, value(&format!("eps_true_{i:02}")), 1e-8);
+        let rows = [&configuration.hinge_rows.flap, &configuration.hinge_rows.aileron];
+        let expected = Table::open(&folder.join(format!("{name}_train_strains.csv"))).rows("eps_true_", 2, 12);
+        for (case, products) in cases::true_products(&conditions).iter().enumerate() {
+            for (strain, expected) in strains(&configuration.strain_map, products).iter().zip(&expected[case]) {
+                close(*strain, *expected, 1e-8);
             }
-            let rows = configuration.hinge_rows.clone();
-            close(response(&rows.flap, &products), value("M_f_Nm"), 1e-5 * value("M_f_Nm").abs());
-            close(response(&rows.aileron, &products), value("M_a_Nm"), 1e-5 * value("M_a_Nm").abs());
+            for (row, moments) in rows.iter().zip(&moments) {
+                close(response(row, products), moments[case], 1e-5 * moments[case].abs());
+            }
         }
     }
 }
@@ -340,7 +315,7 @@ fn cases_have_the_prototypes_strains_and_moments() {
 /// five, and those badly.
 #[test]
 fn diagonal_gratings_see_what_axial_ones_do_not() {
-    let products = training_products();
+    let products = cases::true_products(&Table::open(&cases::folder().join("train_conditions.csv")));
     let deviation = |column: usize| {
         let n = products.len() as f64;
         let mean = products.iter().map(|z| z[column]).sum::<f64>() / n;

@@ -1,6 +1,6 @@
-//! Figures on simulated motors of the three-phase model, where the large sets are.
+//! Figures on simulated motors of the three-phase model of another implementation.
 
-use crate::common::{data, dataset, faults, mask};
+use crate::common::{faults, mask, single_phase_maps, unseen_maps};
 use diagnosis::{
     Diagnoser, LoadInput, LoadVariation, MapKind, TrainingMap, TrainingSet, TrainingSettings, Validation,
     ValidationSettings, train, validate,
@@ -43,8 +43,7 @@ fn coverage(found: &Validation) -> f64 {
 
 #[test]
 fn faults_under_random_command_and_load_are_found_within_these_errors() {
-    let Some(folder) = data() else { return };
-    let (maps, unseen) = (dataset(&folder.join("train_pair")), dataset(&folder.join("val_hf_op")));
+    let (maps, unseen) = (single_phase_maps(1000), unseen_maps());
 
     let (diagnoser, mask) = trained(&maps, MapKind::LoadInvariant);
     let found = measured("load ratio per sample", &diagnoser, &mask, &unseen, LoadInput::PerSample);

@@ -197,7 +197,7 @@ fn the_prototype_agrees_on_the_large_set() {
     let data = data.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"));
     let path = data.join("rul/assess_val.csv");
     if !path.exists() {
-        println!("skipped: no data");
+        println!("skipped: no large set");
         return;
     }
     let rows = read(&path, 5);

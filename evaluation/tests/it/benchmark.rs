@@ -137,10 +137,7 @@ fn benchmark(folder: &Path, prior: &FleetPrior, surrogate: &Surrogate, density: 
 }
 
 fn run(density: &Density) -> Option<[Scores; 2]> {
-    let Some(folder) = histories::folder() else {
-        println!("skipped: no data");
-        return None;
-    };
+    let folder = histories::folder()?;
     let surrogate = surrogate(&folder);
     let prior = learned_prior(histories::read(&folder, "prior"), &surrogate);
     Some(benchmark(&folder, &prior, &surrogate, density))

@@ -70,10 +70,7 @@ fn board(scores: &[(String, RunScore)], regime: &str) -> Scoreboard {
 /// Every second life of each regime teaches, the others judge, and the other way round.
 #[test]
 fn slow_on_lives_held_out_growth_changes_score_and_cover_better() {
-    let Some(folder) = histories::folder() else {
-        println!("skipped: no data");
-        return;
-    };
+    let Some(folder) = histories::folder() else { return };
     let (surrogate, lives) = (surrogate(&folder), histories::read(&folder, "prior"));
     let mut halves = [Vec::new(), Vec::new()];
     for regime in ["constant", "varying"] {
@@ -97,10 +94,7 @@ fn slow_on_lives_held_out_growth_changes_score_and_cover_better() {
 /// The independent prototype scores CRPS 161 / 228 h.
 #[test]
 fn slow_the_benchmark_with_growth_changes_is_no_worse_than_the_reference() {
-    let Some(folder) = histories::folder() else {
-        println!("skipped: no data");
-        return;
-    };
+    let Some(folder) = histories::folder() else { return };
     let (surrogate, earlier) = (surrogate(&folder), histories::read(&folder, "prior"));
     let [_, prior] = learn(&earlier.iter().collect::<Vec<_>>(), &surrogate);
     let mut lives = histories::read(&folder, "public");

@@ -13,4 +13,5 @@ mod metrics;
 mod oracle;
 #[path = "../../../prognosis/tests/it/simulated/mod.rs"]
 mod simulated;
+mod small_benchmark;
 mod thesis;

@@ -1,6 +1,6 @@
 //! Chains and datasets: what a bundle is when its links or its maps are somebody else's choice.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use diagnosis::{Diagnoser, LoadInput, MapKind, Measurement, TrainingMap, ValidationSettings, validate};
 use domain::{Diagnosis, FaultVector, LoadRatio, Mask, Outcome};
@@ -190,42 +190,28 @@ fn slow_labels_decide_the_boundary_and_verdicts_alone_make_a_classifier() {
     }
 }
 
-/// A dataset folder of the large sets, or nothing with a word on standard output.
-fn folder(name: &str) -> Option<Dataset> {
-    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("ACTUARY_DATA").map_or(shared, PathBuf::from).join("ema").join(name);
-    if !folder.is_dir() {
-        println!("skipped: no data");
-        return None;
-    }
-    let table = |file: &str, header: usize| -> Option<Vec<Vec<f64>>> {
-        let text = std::fs::read_to_string(folder.join(file)).ok()?;
-        let row = |line: &str| line.split(',').map(|x| x.parse().unwrap()).collect();
-        Some(text.lines().skip(header).map(row).collect())
+/// Forty maps of another implementation's three-phase model under random command and load.
+fn unseen() -> Vec<TrainingMap> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/ema/val_hf_op");
+    let table = |file: &str, header: usize| -> Vec<Vec<f64>> {
+        let text = std::fs::read_to_string(folder.join(file)).unwrap();
+        text.lines().skip(header).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect()
     };
-    Some(Dataset {
-        angles_rad: table("theta.csv", 1)?.concat(),
-        faults: table("K.csv", 1)?.into_iter().map(FaultVector).collect(),
-        maps: table("Y.csv", 0)?,
-        load_ratios: table("R.csv", 0),
-        mean_load_ratios: table("r.csv", 1).map(|means| means.concat()),
-        ..dataset(0)
-    })
+    let k_nom = Motor::default().back_emf_v_s_rad;
+    let parts = table("Y.csv", 0).into_iter().zip(table("R.csv", 0)).zip(table("r.csv", 1)).zip(table("K.csv", 1));
+    let map = |(((y, r), mean_r), faults): (((Vec<f64>, _), Vec<f64>), _)| TrainingMap {
+        y: y.iter().map(|y| y / k_nom).collect(),
+        r,
+        mean_r: mean_r[0],
+        faults: FaultVector(faults),
+    };
+    parts.map(map).collect()
 }
 
 #[test]
 fn slow_a_bundle_of_single_phase_maps_diagnoses_three_phase_maps_under_random_command_and_load() {
-    let (Some(maps), Some(unseen)) = (folder("train_pair"), folder("val_hf_op")) else { return };
-    let bundle = train(&settings(ChainSettings::default()), Some(&maps), &Silent).unwrap();
-    let (k_nom, mean) = (bundle.motor.back_emf_v_s_rad, unseen.mean_load_ratios.as_ref().unwrap());
-    let map = |(index, (y, r)): (usize, (&Vec<f64>, &Vec<f64>))| TrainingMap {
-        y: y.iter().map(|y| y / k_nom).collect(),
-        r: r.clone(),
-        mean_r: mean[index],
-        faults: unseen.faults[index].clone(),
-    };
-    let ratios = unseen.load_ratios.as_ref().unwrap();
-    let unseen: Vec<TrainingMap> = unseen.maps.iter().zip(ratios).enumerate().map(map).collect();
+    let settings = TrainSettings { samples: 1000, ..settings(ChainSettings::default()) };
+    let (bundle, unseen) = (train(&settings, None, &Silent).unwrap(), unseen());
     for mask in &bundle.masks {
         let judge = |diagnoser: &Diagnoser, load| {
             let settings = ValidationSettings { load, noise: 0.01, repeats: 10 };

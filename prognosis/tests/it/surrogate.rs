@@ -28,7 +28,7 @@ fn dataset(name: &str) -> Option<Vec<LabelledFaults>> {
     if path.exists() {
         return Some(labelled::read(&path));
     }
-    println!("skipped: no data");
+    println!("skipped: no large set");
     None
 }
 

@@ -438,7 +438,7 @@ fn slow_the_public_lives_are_predicted_as_well_as_in_the_benchmark() {
     let beside = workspace().join("../shared/data");
     let folder = std::env::var_os("ACTUARY_DATA").map_or(beside, PathBuf::from).join("rul");
     if !folder.is_dir() {
-        println!("skipped: no data");
+        println!("skipped: no large set");
         return;
     }
     let file = |name: &str| folder.join(name).display().to_string();

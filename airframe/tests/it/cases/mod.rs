@@ -14,20 +14,9 @@ use airframe::{
 };
 use domain::{AirData, Strain};
 
-/// The excerpt that is part of the repository.
-pub fn excerpt() -> PathBuf {
+/// The folder of the prototype's cases.
+pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/loads")
-}
-
-/// The full set, where there is one.
-pub fn full_set() -> Option<PathBuf> {
-    let default = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("ACTUARY_DATA").map_or_else(default, PathBuf::from).join("loads");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: no data");
-    None
 }
 
 /// A CSV table by column.

@@ -1,10 +1,16 @@
-//! Maps for tests: from the closed form of the actuator, and from data sets.
+//! Maps for tests: from the closed form of the actuator, from its single-phase model, and from another implementation.
 #![allow(dead_code, reason = "a benchmark uses its part")]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use diagnosis::TrainingMap;
 use domain::{FaultModel, FaultVector, Mask};
+use ema::{
+    faults::ElectricalFaults,
+    manoeuvre::Manoeuvre,
+    motor::Motor,
+    simulation::{Model, Settings, simulate_map},
+};
 use numerics::Stream;
 use reduction::{ImportanceSampling, MaskDesign, ModeCount, PodBasis};
 
@@ -49,22 +55,28 @@ pub fn faults() -> FaultModel {
     FaultModel::electrical()
 }
 
-/// The folder of the large sets, or nothing with a word on standard output.
-pub fn data() -> Option<PathBuf> {
-    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("ACTUARY_DATA").map_or(shared, PathBuf::from).join("ema");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: no data");
-    None
+/// Maps of the single-phase model under the acquisition's motion, of incipient faults.
+pub fn single_phase_maps(count: usize) -> Vec<TrainingMap> {
+    let (model, motor) = (Model::LowFidelity1, Motor::default());
+    let map = |faults: FaultVector| {
+        let electrical = ElectricalFaults::try_from(&faults).unwrap();
+        let map = simulate_map(model, &motor, &electrical, &Manoeuvre::acquisition(), &Settings::new(model, 2.0));
+        let complete = |values: &[Option<f64>]| values.iter().map(|value| value.unwrap()).collect();
+        TrainingMap { y: complete(&map.y), r: complete(&map.r), mean_r: map.mean_r.unwrap(), faults }
+    };
+    let faults = ImportanceSampling::INCIPIENT.draw(count, &mut Stream::new(7, &["single-phase maps"]));
+    faults.into_iter().map(map).collect()
 }
 
-/// The maps of a dataset folder; without load ratios per point the mean serves for all.
-pub fn dataset(folder: &Path) -> Vec<TrainingMap> {
+/// Forty maps of the prototype's three-phase model under random command and load.
+pub fn unseen_maps() -> Vec<TrainingMap> {
+    dataset(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/ema/val_hf_op"))
+}
+
+/// The maps of a dataset folder.
+fn dataset(folder: &Path) -> Vec<TrainingMap> {
     let mean: Vec<f64> = rows(&folder.join("r.csv"), true).into_iter().map(|row| row[0]).collect();
-    let per_point = folder.join("R.csv");
-    let r = if per_point.exists() { rows(&per_point, false) } else { mean.iter().map(|r| vec![*r; 360]).collect() };
+    let r = rows(&folder.join("R.csv"), false);
     let faults = rows(&folder.join("K.csv"), true);
     let parts = rows(&folder.join("Y.csv"), false).into_iter().zip(r).zip(mean).zip(faults);
     let map = |(((y, r), mean_r), faults): (((Vec<f64>, _), _), _)| TrainingMap {

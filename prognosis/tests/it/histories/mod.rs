@@ -1,4 +1,4 @@
-//! Lives of the benchmark, where the large data sets are.
+//! Lives of the benchmark: a few in every clone, all of them where the large sets are.
 
 use std::{
     collections::BTreeMap,
@@ -24,7 +24,16 @@ pub struct Life {
 pub fn folder() -> Option<PathBuf> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
     let folder = std::env::var_os("ACTUARY_DATA").map_or(beside, PathBuf::from).join("rul");
-    folder.is_dir().then_some(folder)
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("skipped: no large set");
+    None
+}
+
+/// The folder of a few of these lives, an observation every ten hours.
+pub fn excerpt() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/rul")
 }
 
 /// The lives of `histories_<name>.csv`.
