@@ -1,4 +1,4 @@
-//! Where a service answers callers, and what it asks of those who come from elsewhere.
+//! The listener of a service: where it answers callers, and what it asks of those who come from elsewhere.
 
 use std::{
     net::{IpAddr, Ipv4Addr, SocketAddr},

@@ -117,8 +117,9 @@ impl LoadEstimator {
     /// The products of a reading; `None` where it tells nothing: neither strain nor air data, or strain
     /// that is not believed and no air data to fall back to.
     pub fn estimate(&self, reading: &LoadReading) -> Option<LoadEstimate> {
-        let of_air =
-            reading.air_data.and_then(|air| Prior::of_air_data(air, self.configuration.effectiveness, &self.settings));
+        let of_air = reading
+            .air_data
+            .and_then(|air| Prior::from_air_data(air, self.configuration.effectiveness, &self.settings));
         let (prior, source) = match (of_air, self.envelope) {
             (Some(prior), _) => (prior, LoadSource::StrainAndAirData),
             (None, Some(envelope)) => (envelope.prior(), LoadSource::Strain),

@@ -27,7 +27,7 @@ pub(crate) struct SimulatedUpload {
 
 impl SimulatedUpload {
     /// Samples of `map` at `mask` with independent noise.
-    pub fn of(map: &TrainingMap, mask: &Mask, load: LoadInput, noise: f64, stream: &mut Stream) -> Self {
+    pub fn new(map: &TrainingMap, mask: &Mask, load: LoadInput, noise: f64, stream: &mut Stream) -> Self {
         let at_mask = |values: &[f64]| mask.bins().iter().map(|bin| Some(values[*bin])).collect();
         let samples = mask.bins().iter().map(|bin| Some(map.y[*bin] + noise * stream.normal())).collect();
         let load_ratio = match load {

@@ -266,7 +266,7 @@ impl<'a> Trainer<'a> {
         let example = |(index, map): (usize, &TrainingMap)| {
             let mut stream = stream_of(self.stream, purpose, index);
             let noise = if self.settings.noise_training { reader.noise } else { 0.0 };
-            let upload = SimulatedUpload::of(map, self.set.mask, self.load_input(), noise, &mut stream);
+            let upload = SimulatedUpload::new(map, self.set.mask, self.load_input(), noise, &mut stream);
             // The weight of a sample is that of service, whatever noise the network learns from.
             let reading = reader.read(&Measurement { noise: Some(reader.noise), ..upload.measurement() });
             let gains = fault_gains(self.set.fault_model, reading.pair_gain);
@@ -297,7 +297,7 @@ impl<'a> Trainer<'a> {
             let mut points = Vec::new();
             for factor in CALIBRATION_NOISES.repeat(repeats) {
                 let upload =
-                    SimulatedUpload::of(map, self.set.mask, load, factor * diagnoser.reader.noise, &mut stream);
+                    SimulatedUpload::new(map, self.set.mask, load, factor * diagnoser.reader.noise, &mut stream);
                 if let Ok(found) = diagnoser.assess(gappy, &upload.measurement()) {
                     points.push(
                         (0..map.faults.0.len())

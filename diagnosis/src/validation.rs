@@ -53,7 +53,7 @@ pub fn validate(
     for (index, map) in maps.iter().enumerate() {
         let mut stream = stream.substream(index as u64);
         for _ in 0..settings.repeats {
-            let upload = SimulatedUpload::of(map, mask, settings.load, settings.noise, &mut stream);
+            let upload = SimulatedUpload::new(map, mask, settings.load, settings.noise, &mut stream);
             let Outcome::Diagnosed(found) = diagnoser.diagnose(&gappy, &upload.measurement()) else { continue };
             implausible += f64::from(u8::from(!found.plausible));
             let error = |i: usize| found.fault_vector.0[i] - map.faults.0[i];

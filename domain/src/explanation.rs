@@ -15,7 +15,8 @@ pub struct Explanation {
     pub growth: Option<Growth>,
     /// How the forecast moved since the block before; none for the first.
     #[cfg_attr(feature = "schema", schema(required))]
-    pub movement: Option<Movement>,
+    #[serde(rename = "movement")]
+    pub shift: Option<Shift>,
 }
 
 /// A fault group at the end of life.
@@ -73,8 +74,8 @@ pub struct GrowthChange {
 
 /// What one more block did to a forecast.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
-pub struct Movement {
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = Movement))]
+pub struct Shift {
     /// The newest data of the forecast before.
     pub since: AsOf,
     /// Flight hours passed.

@@ -91,7 +91,7 @@ macro_rules! name {
 }
 
 name!(
-    /// Who operates the aircraft; a wall that no history crosses.
+    /// Who operates the aircraft: the tenant, across which no history is read.
     OperatorId, "operator", "1 to 32 characters of [a-z0-9_-]",
     "^[a-z0-9_-]{1,32}$",
     |t| of_chars(t, 1, 32, |c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-')

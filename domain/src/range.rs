@@ -40,7 +40,7 @@ impl Range {
     }
 
     /// Back-EMF samples of motors of this constant, V s/rad: further from zero than 20 k_nom one is absurd, not faulty.
-    pub const fn of_samples(k_nom: f64) -> Self {
+    pub const fn for_samples(k_nom: f64) -> Self {
         Self::new(-20.0 * k_nom, 20.0 * k_nom, "V s/rad")
     }
 

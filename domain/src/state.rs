@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     AsOf, ContentHash, Doubt, FaultTrend, Propagation,
-    explanation::{Growth, Movement},
+    explanation::{Growth, Shift},
 };
 
 /// The filtered health of a life at the end of one block, with its remaining life as known then.
@@ -35,7 +35,8 @@ pub struct State {
     pub growth: Option<Growth>,
     /// How the forecast moved since the block before; `None` for the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub movement: Option<Movement>,
+    #[serde(rename = "movement")]
+    pub shift: Option<Shift>,
     /// What speaks against the forecast.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<Doubt>,

@@ -128,7 +128,7 @@ impl Upload {
         ranges.one("#/sample_noise", self.sample_noise, range::SAMPLE_NOISE);
         ranges.one("#/temperature_c", self.temperature_c, range::TEMPERATURE);
         ranges.one("#/winding_temperature_c", self.winding_temperature_c, range::WINDING_TEMPERATURE);
-        ranges.list("#/samples", &self.samples, mask.len(), Range::of_samples(k_nom));
+        ranges.list("#/samples", &self.samples, mask.len(), Range::for_samples(k_nom));
         self.check_load_ratio(mask, &mut ranges);
         if let Some(strain) = &self.strain {
             let nm = range::WAVELENGTH;

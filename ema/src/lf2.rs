@@ -55,7 +55,7 @@ impl Faults {
     pub const NOMINAL: Self =
         Self { shorts: [0.0; 3], eccentricity: [0.5; 2], friction: 0.0, backlash: 0.0, gain: 0.5 };
 
-    /// The five electrical faults, as the house's fault vector orders them.
+    /// The five electrical faults, as the fault vector orders them.
     pub fn electrical(k: [f64; 5]) -> Self {
         Self { shorts: [k[0], k[1], k[2]], eccentricity: [k[3], k[4]], ..Self::NOMINAL }
     }

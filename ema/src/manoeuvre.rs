@@ -68,16 +68,16 @@ pub struct Manoeuvre {
 impl Manoeuvre {
     /// The motion under which maps for training are acquired: 0.2 rad at 0.5 Hz, no load.
     pub fn acquisition() -> Self {
-        Self::of(Signal::sine(0.2, 0.5))
+        Self::following(Signal::sine(0.2, 0.5))
     }
 
     /// A step of the command from zero, rad, no load.
     pub fn step(command_rad: f64) -> Self {
-        Self::of(Signal::constant(command_rad))
+        Self::following(Signal::constant(command_rad))
     }
 
     /// A command to an actuator at zero, rad, no load.
-    pub fn of(command_rad: Signal) -> Self {
+    pub fn following(command_rad: Signal) -> Self {
         Self { start_rad: 0.0, command_rad, load_nm: Signal::default(), current_noise_a: 0.0, noise_seed: 0 }
     }
 

@@ -1,6 +1,6 @@
 //! Random streams, distributions and small matrices, the same bits on any machine.
 //!
-//! What: the numerics that several crates of the house need, each once. Plain loops in a fixed order, transcendental
+//! What: the numerics that several crates of the workspace need, each once. Plain loops in a fixed order, transcendental
 //! functions of `libm` only, no instructions chosen at run time. Nothing here knows the nouns of the service.
 //!
 //! ```

@@ -1,4 +1,4 @@
-//! Quantiles of samples, by the definitions that the house uses.
+//! Quantiles of samples, by the definitions that all crates use.
 //!
 //! Requirements: samples in ascending order of [`f64::total_cmp`], as [`sorted`] gives them; infinite values last.
 //! Source: Hyndman and Fan 1996; [`interpolated`] is their definition 5.

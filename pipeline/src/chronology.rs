@@ -85,14 +85,14 @@ fn longest_chain<'a>(estimates: &[&'a Estimate]) -> Vec<&'a Estimate> {
     let ground_h = |estimate: &Estimate| estimate.recorded_at.hours_since(epoch) - estimate.flight_hours;
     let mut grounds: Vec<f64> = estimates.iter().map(|estimate| ground_h(estimate)).collect();
     grounds.sort_unstable_by(f64::total_cmp);
-    let mut ends = Ends { best: vec![None; grounds.len() + 1] };
+    let mut ends = Chains { best: vec![None; grounds.len() + 1] };
     let mut before: Vec<Option<usize>> = Vec::with_capacity(estimates.len());
-    let mut longest: Option<End> = None;
+    let mut longest: Option<Chain> = None;
     for (index, estimate) in estimates.iter().enumerate() {
         let ground_h = ground_h(estimate);
         let up_to = grounds.partition_point(|other| *other <= ground_h + BOOKING_RESOLUTION_FH);
         let continued = ends.best_of(up_to);
-        let end = End { length: continued.map_or(1, |end| end.length + 1), at: estimate.recorded_at, index };
+        let end = Chain { length: continued.map_or(1, |end| end.length + 1), at: estimate.recorded_at, index };
         before.push(continued.map(|end| end.index));
         ends.add(grounds.partition_point(|other| *other < ground_h), end);
         longest = better(longest, Some(end));
@@ -105,31 +105,31 @@ fn longest_chain<'a>(estimates: &[&'a Estimate]) -> Vec<&'a Estimate> {
 
 /// The end of a chain.
 #[derive(Debug, Clone, Copy)]
-struct End {
+struct Chain {
     length: usize,
     at: Timestamp,
     index: usize,
 }
 
 /// The longer one; of equally long ones the one that ends first.
-fn better(one: Option<End>, other: Option<End>) -> Option<End> {
-    let rank = |end: &End| (end.length, std::cmp::Reverse((end.at, end.index)));
+fn better(one: Option<Chain>, other: Option<Chain>) -> Option<Chain> {
+    let rank = |end: &Chain| (end.length, std::cmp::Reverse((end.at, end.index)));
     one.into_iter().chain(other).max_by_key(rank)
 }
 
 /// Prefix maxima of ends by the rank of their hours on the ground (a Fenwick tree).
-struct Ends {
-    best: Vec<Option<End>>,
+struct Chains {
+    best: Vec<Option<Chain>>,
 }
 
-impl Ends {
+impl Chains {
     /// The best of those of the first `ranks` ranks.
-    fn best_of(&self, ranks: usize) -> Option<End> {
+    fn best_of(&self, ranks: usize) -> Option<Chain> {
         let nodes = std::iter::successors(Some(ranks), |node| (*node > 0).then(|| node & (node - 1)));
         nodes.fold(None, |best, node| better(best, self.best[node]))
     }
 
-    fn add(&mut self, rank: usize, end: End) {
+    fn add(&mut self, rank: usize, end: Chain) {
         let mut node = rank + 1;
         while node < self.best.len() {
             self.best[node] = better(self.best[node], Some(end));

@@ -29,11 +29,11 @@ mod learning;
 mod life_context;
 mod loads;
 mod metrics;
-mod movement;
 mod outlook;
 mod prior;
 mod rehearsal;
 mod sense;
+mod shift;
 mod training;
 mod walk;
 

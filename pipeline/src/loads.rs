@@ -53,7 +53,7 @@ impl LoadModel {
         let HingeMoments { flap_nm, aileron_nm } = MEAN_HINGE_MOMENTS;
         Self {
             sensor_configuration,
-            envelope: FlightEnvelope::of_cases(&products).expect("more than one flight"),
+            envelope: FlightEnvelope::from_cases(&products).expect("more than one flight"),
             references: LoadReferences {
                 flap_nm,
                 aileron_nm,

@@ -165,7 +165,7 @@ impl Model {
             explanation: Explanation {
                 drivers: drivers(&self.bundle.faults, &draws),
                 growth: state.growth.clone(),
-                movement: state.movement.clone().filter(|_| gap.is_none()),
+                shift: state.shift.clone().filter(|_| gap.is_none()),
             },
             doubts,
             gap,

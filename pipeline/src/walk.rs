@@ -11,7 +11,7 @@ use domain::{Doubt, FaultTrend, RulDistribution, State};
 use prognosis::{Moments, filter::Filter, posterior::Posterior};
 use rayon::prelude::*;
 
-use crate::{Checkpoint, Course, LifeContext, Model, OutlookError, Prior, draws::FEW, movement::Step};
+use crate::{Checkpoint, Course, LifeContext, Model, OutlookError, Prior, draws::FEW, shift::Step};
 
 /// Every so many blocks of a life its filter is worth keeping for good; so many blocks are drawn side by side.
 const CHECKPOINT_BLOCKS: usize = 25;
@@ -104,9 +104,9 @@ impl Walk<'_> {
         let faults = after.trends();
         check_finite(&faults, block.index)?;
         let ends_fh = self.model.draw(self.context, after, last, last, FEW).ends_fh;
-        let movement = before.as_ref().map(|(before, expected)| {
+        let shift = before.as_ref().map(|(before, expected)| {
             Step { course: self.course, index: *index, before, expected, after_fh: &ends_fh }
-                .movement(self.model, self.context)
+                .shift(self.model, self.context)
         });
         let rul = RulDistribution::from_draws(&ends_fh, self.context.prior.body.clock.horizon_fh);
         Ok(State {
@@ -121,7 +121,7 @@ impl Walk<'_> {
             censored_fraction: rul.censored_fraction(),
             horizon_fh: rul.horizon_fh(),
             growth: after.growth_summary(),
-            movement,
+            shift,
             doubts: doubts.clone(),
             digest,
         })

@@ -38,7 +38,7 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         censored_fraction: distribution.map(RulDistribution::censored_fraction),
         horizon_fh: distribution.map(RulDistribution::horizon_fh),
         probability_of_failure: distribution
-            .map(|rul| within_fh.iter().map(|&hours| FailureProbability::of(rul, hours)).collect()),
+            .map(|rul| within_fh.iter().map(|&hours| FailureProbability::new(rul, hours)).collect()),
         end_of_life: prognosis.zip(distribution).and_then(|(prognosis, rul)| {
             installed.utilisation_fh_per_day.and_then(|fh_per_day| end_of_life(&prognosis.as_of, rul, fh_per_day))
         }),

@@ -155,18 +155,18 @@ mod tests {
 
     /// The end of a body.
     #[derive(Debug, Clone, Copy, PartialEq)]
-    enum End {
+    enum Ending {
         Whole,
         CutOff,
         Silent,
     }
 
     /// Number and text of each line of a body that comes in `parts`, or the status of the refusal.
-    async fn read(parts: Vec<Vec<u8>>, end: End) -> Read {
+    async fn read(parts: Vec<Vec<u8>>, end: Ending) -> Read {
         let last = match end {
-            End::Whole => stream::empty().boxed(),
-            End::CutOff => stream::iter([Err(io::Error::other("reset"))]).boxed(),
-            End::Silent => stream::pending().boxed(),
+            Ending::Whole => stream::empty().boxed(),
+            Ending::CutOff => stream::iter([Err(io::Error::other("reset"))]).boxed(),
+            Ending::Silent => stream::pending().boxed(),
         };
         let parts = stream::iter(parts).map(|part| Ok(Bytes::from(part))).chain(last);
         let budget = Budget::default();
@@ -181,14 +181,14 @@ mod tests {
     }
 
     async fn lines(parts: Vec<Vec<u8>>) -> Read {
-        read(parts, End::Whole).await
+        read(parts, Ending::Whole).await
     }
 
     /// What `read` has to tell: lines are complete when their newline has come, or the whole body.
-    fn expected(body: &[u8], end: End) -> Read {
+    fn expected(body: &[u8], end: Ending) -> Read {
         let mut pieces: Vec<&[u8]> = body.split(|&byte| byte == b'\n').collect();
-        let unfinished = pieces.pop().filter(|_| end != End::Whole);
-        let whole = body.rsplit(|&byte| byte == b'\n').next().filter(|_| end == End::Whole);
+        let unfinished = pieces.pop().filter(|_| end != Ending::Whole);
+        let whole = body.rsplit(|&byte| byte == b'\n').next().filter(|_| end == Ending::Whole);
         let lines = pieces.into_iter().chain(whole).enumerate();
         let judge = |line: &[u8]| match line.trim_ascii() {
             long if long.len() > MAX_UPLOAD_BYTES => Err(413),
@@ -218,7 +218,7 @@ mod tests {
         #[test]
         fn no_order_of_parts_and_ends_loses_or_invents_a_line(
             parts in vec(part(), 0..8),
-            end in prop_oneof![Just(End::Whole), Just(End::CutOff), Just(End::Silent)],
+            end in prop_oneof![Just(Ending::Whole), Just(Ending::CutOff), Just(Ending::Silent)],
         ) {
             let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
             let told = runtime.block_on(read(parts.clone(), end));

@@ -30,7 +30,7 @@ impl Outage {
     }
 
     /// The outage that an error of the store is, if it is one.
-    pub fn of(error: &StoreError) -> Option<Self> {
+    pub fn from_error(error: &StoreError) -> Option<Self> {
         match error {
             StoreError::StorageFull(_) => Some(Self::StorageFull),
             StoreError::ReadOnly => Some(Self::ReadOnly),

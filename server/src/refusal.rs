@@ -301,7 +301,7 @@ impl From<Invalid> for Refusal {
 impl From<StoreError> for Refusal {
     /// An outage is logged by the store, once, and not with each of the requests that meet it.
     fn from(error: StoreError) -> Self {
-        if let Some(outage) = Outage::of(&error) {
+        if let Some(outage) = Outage::from_error(&error) {
             tracing::debug!(%error, "nothing can be stored");
             return Self::Outage(outage);
         }

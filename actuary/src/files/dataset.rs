@@ -39,7 +39,7 @@ pub fn read_maps(folder: &Path, k_nom: f64) -> Result<Maps, Failure> {
     let bins = angles(folder)?.len();
     let y = matrix(&folder.join("Y.csv"), bins)?;
     let maps =
-        (0..y.rows()).map(|row| optional_numbers(&y, row, Range::of_samples(k_nom))).collect::<Result<_, _>>()?;
+        (0..y.rows()).map(|row| optional_numbers(&y, row, Range::for_samples(k_nom))).collect::<Result<_, _>>()?;
     let load_ratios = if let Some(ratios) = ratios_per_point(folder, y.rows(), bins)? {
         let per_sample = |row| optional_numbers(&ratios, row, range::LOAD_RATIO).map(|r| Some(LoadRatio::PerSample(r)));
         (0..y.rows()).map(per_sample).collect::<Result<_, _>>()?

@@ -24,7 +24,7 @@ pub struct Prior {
 impl Prior {
     /// What the air data say. The errors of the products are taken as independent; `None` where the air
     /// data are not numbers, or of no air.
-    pub fn of_air_data(air: &AirData, effectiveness: Effectiveness, settings: &EstimatorSettings) -> Option<Self> {
+    pub fn from_air_data(air: &AirData, effectiveness: Effectiveness, settings: &EstimatorSettings) -> Option<Self> {
         if !is_of_air(air) {
             return None;
         }
@@ -68,7 +68,7 @@ pub struct FlightEnvelope {
 
 impl FlightEnvelope {
     /// Mean and sample covariance of the products of cases; `None` for fewer than two.
-    pub fn of_cases(cases: &[Products]) -> Option<Self> {
+    pub fn from_cases(cases: &[Products]) -> Option<Self> {
         if cases.len() < 2 {
             return None;
         }

@@ -129,7 +129,7 @@ fn mismatch_and_failed_gratings_are_withstood() {
 fn strain_alone_gives_a_load_where_torsion_is_seen() {
     let folder = cases::folder();
     let train = Table::open(&folder.join("train_conditions.csv"));
-    let envelope = FlightEnvelope::of_cases(&cases::true_products(&train));
+    let envelope = FlightEnvelope::from_cases(&cases::true_products(&train));
     let estimator = cases::estimator(&cases::parameters(&folder, "D"), envelope);
     let table = Table::open(&folder.join("D_valid.csv"));
     let of_strain = |case: &Case| {

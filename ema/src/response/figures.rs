@@ -22,7 +22,7 @@ impl StepFigures {
     ///
     /// # Panics
     /// If there are no points, or the command is where the output starts.
-    pub fn of(points: &[ResponsePoint]) -> Self {
+    pub fn from_points(points: &[ResponsePoint]) -> Self {
         let (first, last) = (points.first().expect("a response has points"), points[points.len() - 1]);
         let (start, way) = (first.output_rad, last.command_rad - first.output_rad);
         assert!(way != 0.0, "a step of no height");
@@ -55,7 +55,7 @@ impl TrackingFigures {
     ///
     /// # Panics
     /// If there are no points from there on.
-    pub fn of(points: &[ResponsePoint], from_s: f64) -> Self {
+    pub fn from_points(points: &[ResponsePoint], from_s: f64) -> Self {
         let points = &points[points.partition_point(|point| point.time_s < from_s)..];
         assert!(!points.is_empty(), "no response from {from_s} s on");
         let errors = || points.iter().map(|point| point.command_rad - point.output_rad);
@@ -80,7 +80,7 @@ pub struct Harmonic {
 impl Harmonic {
     /// From the last whole periods of the response to a sine, the first left out; `None` where they
     /// are fewer than one.
-    pub fn of(points: &[ResponsePoint], frequency_hz: f64) -> Option<Self> {
+    pub fn from_points(points: &[ResponsePoint], frequency_hz: f64) -> Option<Self> {
         let last_s = points.last()?.time_s;
         let periods = (last_s * frequency_hz).floor() - 1.0;
         if periods < 1.0 {
@@ -119,11 +119,11 @@ mod tests {
     #[test]
     fn a_first_order_lag_has_its_textbook_figures() {
         let lag = 0.05;
-        let figures = StepFigures::of(&response(1.0, |_| 0.1, |t| 0.1 * (1.0 - f64::exp(-t / lag))));
+        let figures = StepFigures::from_points(&response(1.0, |_| 0.1, |t| 0.1 * (1.0 - f64::exp(-t / lag))));
         assert!((figures.rise_s.unwrap() - lag * 9f64.ln()).abs() < 2e-3);
         assert!((figures.settling_s.unwrap() - lag * 50f64.ln()).abs() < 2e-3);
         assert!(figures.overshoot == 0.0 && figures.static_error_rad.abs() < 1e-9);
-        let stuck = StepFigures::of(&response(1.0, |_| 0.1, |t| 0.05 * t));
+        let stuck = StepFigures::from_points(&response(1.0, |_| 0.1, |t| 0.05 * t));
         assert_eq!((stuck.rise_s, stuck.settling_s), (None, None));
         assert!((stuck.static_error_rad - 0.05).abs() < 1e-12);
     }
@@ -132,10 +132,10 @@ mod tests {
     fn a_lagging_sine_has_its_gain_and_phase() {
         let command = |t: f64| 0.2 * f64::sin(TAU * 2.0 * t);
         let output = |t: f64| 0.1 * f64::sin(TAU * 2.0 * t - 0.8) + 0.03;
-        let harmonic = Harmonic::of(&response(3.2, command, output), 2.0).unwrap();
+        let harmonic = Harmonic::from_points(&response(3.2, command, output), 2.0).unwrap();
         assert!((harmonic.gain - 0.5).abs() < 1e-9 && (harmonic.phase_rad + 0.8).abs() < 1e-9, "{harmonic:?}");
-        assert_eq!(Harmonic::of(&response(0.9, command, output), 2.0), None);
-        let tracking = TrackingFigures::of(&response(2.0, |t| t, |t| t - 0.25), 0.5);
+        assert_eq!(Harmonic::from_points(&response(0.9, command, output), 2.0), None);
+        let tracking = TrackingFigures::from_points(&response(2.0, |t| t, |t| t - 0.25), 0.5);
         assert!((tracking.rms_error_rad - 0.25).abs() < 1e-12 && (tracking.max_error_rad - 0.25).abs() < 1e-12);
         assert_eq!(tracking.standstill, 1.0);
     }

@@ -14,7 +14,7 @@ const BOTH: [Model; 2] = [Model::HighFidelity, Model::LowFidelity1];
 fn response(model: Model, faults: MechanicalFaults, command: Signal, duration_s: f64) -> Vec<ResponsePoint> {
     let motor = faults.applied_to(&Motor::default());
     let settings = Settings::new(model, duration_s);
-    simulate_response(model, &motor, &ElectricalFaults::default(), &Manoeuvre::of(command), &settings, 1e-4)
+    simulate_response(model, &motor, &ElectricalFaults::default(), &Manoeuvre::following(command), &settings, 1e-4)
 }
 
 fn friction(friction: f64) -> MechanicalFaults {
@@ -30,7 +30,7 @@ fn gain(gain: f64) -> MechanicalFaults {
 }
 
 fn rms_error(model: Model, faults: MechanicalFaults, command: Signal) -> f64 {
-    TrackingFigures::of(&response(model, faults, command, 4.0), 2.0).rms_error_rad
+    TrackingFigures::from_points(&response(model, faults, command, 4.0), 2.0).rms_error_rad
 }
 
 /// At rest the integral of the speed loop grows by G_I K_pos gear error until it overcomes static friction.
@@ -62,7 +62,8 @@ fn friction_spoils_the_tracking_of_a_sine() {
 #[test]
 fn friction_makes_a_slow_ramp_stick_and_slip() {
     for model in BOTH {
-        let ramp = |factor| TrackingFigures::of(&response(model, friction(factor), Signal::ramp(1e-4), 4.0), 2.0);
+        let ramp =
+            |factor| TrackingFigures::from_points(&response(model, friction(factor), Signal::ramp(1e-4), 4.0), 2.0);
         let (smooth, stick_slip) = (ramp(1.0), ramp(4.0));
         assert_eq!(smooth.standstill, 0.0, "{model:?}");
         assert!((0.9..1.0).contains(&stick_slip.standstill), "{model:?}: {stick_slip:?}");
@@ -118,7 +119,7 @@ fn the_position_gain_is_the_bandwidth() {
     for model in BOTH {
         for factor in [0.5, 1.0, 1.5] {
             let points = response(model, gain(factor), Signal::sine(0.02, frequency_hz), 2.0);
-            let found = Harmonic::of(&points, frequency_hz).unwrap();
+            let found = Harmonic::from_points(&points, frequency_hz).unwrap();
             let bandwidth = factor * motor.position_gain_per_s;
             let expected = bandwidth / bandwidth.hypot(omega);
             // Expected: up to 0.01 more, since the speed loop has its own dynamics.
@@ -131,8 +132,9 @@ fn the_position_gain_is_the_bandwidth() {
 #[test]
 fn a_higher_position_gain_quickens_the_step() {
     for model in BOTH {
-        let rise_s =
-            |factor| StepFigures::of(&response(model, gain(factor), Signal::constant(0.1), 0.6)).rise_s.unwrap();
+        let rise_s = |factor| {
+            StepFigures::from_points(&response(model, gain(factor), Signal::constant(0.1), 0.6)).rise_s.unwrap()
+        };
         let rises = [0.5, 0.75, 1.0, 1.25, 1.5].map(rise_s);
         assert!(rises.windows(2).all(|pair| pair[1] < 0.96 * pair[0]), "{model:?}: {rises:?}");
     }

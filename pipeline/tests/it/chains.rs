@@ -190,7 +190,7 @@ fn slow_labels_decide_the_boundary_and_verdicts_alone_make_a_classifier() {
     }
 }
 
-/// Forty maps of another implementation's three-phase model under random command and load.
+/// A hundred maps of another implementation's three-phase model under random command and load.
 fn unseen() -> Vec<TrainingMap> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/ema/val_hf_op");
     let table = |file: &str, header: usize| -> Vec<Vec<f64>> {

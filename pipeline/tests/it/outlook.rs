@@ -378,17 +378,17 @@ fn a_life_of_gaps_is_never_said_to_have_failed_by_one_observation() {
 fn movement_adds_up_from_block_to_block() {
     let model = model();
     let states = outlook(&model, &estimates(&model, 40), &[]).states;
-    assert_eq!(states[0].movement, None);
+    assert_eq!(states[0].shift, None);
     let mut known = 0;
     for pair in states.windows(2) {
-        let movement = pair[1].movement.as_ref().unwrap();
-        assert_eq!(movement.since, pair[0].as_of);
-        assert_eq!(movement.passed_fh, pair[1].as_of.flight_hours - pair[0].as_of.flight_hours);
+        let shift = pair[1].shift.as_ref().unwrap();
+        assert_eq!(shift.since, pair[0].as_of);
+        assert_eq!(shift.passed_fh, pair[1].as_of.flight_hours - pair[0].as_of.flight_hours);
         let medians = [&pair[0], &pair[1]].map(|state| state.rul_quantiles_fh[3]);
-        let (Some(moved_fh), [Some(before), Some(now)]) = (movement.moved_fh, medians) else { continue };
+        let (Some(moved_fh), [Some(before), Some(now)]) = (shift.moved_fh, medians) else { continue };
         // The states' own quantiles come from other random numbers: 200 draws of an sd of at most 2,000 h.
-        assert!((moved_fh - (now + movement.passed_fh - before)).abs() < 1000.0);
-        assert!(movement.standard_error_fh.unwrap() < 400.0);
+        assert!((moved_fh - (now + shift.passed_fh - before)).abs() < 1000.0);
+        assert!(shift.standard_error_fh.unwrap() < 400.0);
         known += 1;
     }
     assert!(known > 0, "both medians are within the horizon at some block");

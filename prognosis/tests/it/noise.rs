@@ -54,7 +54,8 @@ fn a_few_observations_say_nothing() {
 /// The generator's own: 0.0075 for shorts, 0.02 for the eccentricity.
 #[test]
 fn the_noise_of_the_prior_fleet_is_learned() {
-    let lives = histories::read(&histories::excerpt(), "prior");
+    let Some(folder) = histories::folder() else { return };
+    let lives = histories::read(&folder, "prior");
     let observations: Vec<_> = lives.into_iter().map(|life| life.observations).collect();
     let sigma = fit_noise(&observations, &FaultModel::electrical()).unwrap();
     assert_near(&sigma, 1.0, 0.02);

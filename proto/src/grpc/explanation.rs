@@ -2,7 +2,7 @@
 
 use domain::{
     Doubt, DoubtKind, Explanation,
-    explanation::{Driver, Growth, GrowthChange, Movement, Surprise},
+    explanation::{Driver, Growth, GrowthChange, Shift, Surprise},
 };
 
 use super::answer::each;
@@ -13,7 +13,7 @@ impl From<Explanation> for v1::Explanation {
         Self {
             drivers: each(explanation.drivers),
             growth: explanation.growth.map(Into::into),
-            movement: explanation.movement.map(Into::into),
+            movement: explanation.shift.map(Into::into),
         }
     }
 }
@@ -38,15 +38,15 @@ impl From<GrowthChange> for v1::GrowthChange {
     }
 }
 
-impl From<Movement> for v1::Movement {
-    fn from(movement: Movement) -> Self {
+impl From<Shift> for v1::Movement {
+    fn from(shift: Shift) -> Self {
         Self {
-            since: Some(movement.since.into()),
-            passed_fh: movement.passed_fh,
-            median_before_fh: movement.median_before_fh,
-            moved_fh: movement.moved_fh,
-            standard_error_fh: movement.standard_error_fh,
-            surprises: each(movement.surprises),
+            since: Some(shift.since.into()),
+            passed_fh: shift.passed_fh,
+            median_before_fh: shift.median_before_fh,
+            moved_fh: shift.moved_fh,
+            standard_error_fh: shift.standard_error_fh,
+            surprises: each(shift.surprises),
         }
     }
 }

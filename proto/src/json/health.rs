@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use domain::{
     AsOf, Doubt, Estimate, HingeLoad, State, Timestamp,
-    explanation::{Growth, Movement},
+    explanation::{Growth, Shift},
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -131,7 +131,7 @@ pub struct StateItem {
     pub growth: Option<Growth>,
     /// How the block moved the forecast; null for the first.
     #[schema(required)]
-    pub movement: Option<Movement>,
+    pub movement: Option<Shift>,
     /// What spoke against the forecast.
     pub doubts: Vec<Doubt>,
 }
@@ -148,7 +148,7 @@ impl From<&State> for StateItem {
             censored_fraction: state.censored_fraction,
             horizon_fh: state.horizon_fh,
             growth: state.growth.clone(),
-            movement: state.movement.clone(),
+            movement: state.shift.clone(),
             doubts: state.doubts.clone(),
         }
     }

@@ -157,7 +157,7 @@ pub struct FailureProbability {
 
 impl FailureProbability {
     /// The probability of failure within `within_fh` flight hours.
-    pub fn of(rul: &RulDistribution, within_fh: f64) -> Self {
+    pub fn new(rul: &RulDistribution, within_fh: f64) -> Self {
         let (p, standard_error) = rul.probability_within(within_fh).unzip();
         Self { within_fh, p, standard_error }
     }

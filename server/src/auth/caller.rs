@@ -30,7 +30,7 @@ impl Caller {
     }
 
     /// The caller of a gRPC call.
-    pub fn of<T>(request: &Request<T>) -> Result<Self, Status> {
+    pub fn from_request<T>(request: &Request<T>) -> Result<Self, Status> {
         request.extensions().get().cloned().ok_or_else(|| unguarded().into())
     }
 

@@ -22,7 +22,7 @@ pub enum Credential {
 
 impl Credential {
     /// The credential that a request shows.
-    pub fn of(headers: &HeaderMap, extensions: &Extensions) -> Result<Self, Unauthenticated> {
+    pub fn from_request(headers: &HeaderMap, extensions: &Extensions) -> Result<Self, Unauthenticated> {
         let mut given = headers.get_all(AUTHORIZATION).iter();
         match (given.next(), given.next()) {
             (Some(header), None) => Ok(Self::Token(token(header)?)),
@@ -65,7 +65,7 @@ mod tests {
         for value in values {
             headers.append(AUTHORIZATION, value.parse().unwrap());
         }
-        Credential::of(&headers, &Extensions::new())
+        Credential::from_request(&headers, &Extensions::new())
     }
 
     #[test]

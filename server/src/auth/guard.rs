@@ -116,7 +116,7 @@ pub async fn grpc(mut request: Request, next: Next) -> Response {
 }
 
 async fn caller(headers: &HeaderMap, extensions: &Extensions) -> Result<Caller, Refusal> {
-    Caller::identify(gate(extensions)?.clone(), Credential::of(headers, extensions)).await
+    Caller::identify(gate(extensions)?.clone(), Credential::from_request(headers, extensions)).await
 }
 
 fn gate(extensions: &Extensions) -> Result<&Arc<Gate>, Refusal> {

@@ -21,7 +21,7 @@ impl FleetHealth for Service {
         &self,
         request: Request<v1::ListTailsRequest>,
     ) -> Result<Response<v1::ListTailsResponse>, Status> {
-        let caller = Caller::of(&request)?;
+        let caller = Caller::from_request(&request)?;
         let v1::ListTailsRequest { limit, cursor } = request.into_inner();
         let limit = grpc_limit(limit)?;
         let after: Option<TailNumber> = match cursor.as_str() {
@@ -32,7 +32,7 @@ impl FleetHealth for Service {
     }
 
     async fn get_tail(&self, request: Request<v1::GetTailRequest>) -> Result<Response<v1::TailDetail>, Status> {
-        let caller = Caller::of(&request)?;
+        let caller = Caller::from_request(&request)?;
         let mut invalid = Invalid::default();
         let tail = invalid.check("#/tail", request.into_inner().tail.parse::<TailNumber>());
         let tail = invalid.into_result(tail).map_err(Refusal::from)?;
@@ -40,7 +40,7 @@ impl FleetHealth for Service {
     }
 
     async fn get_rul(&self, request: Request<v1::GetRulRequest>) -> Result<Response<v1::Rul>, Status> {
-        let caller = Caller::of(&request)?;
+        let caller = Caller::from_request(&request)?;
         let v1::GetRulRequest { tail, position, within_fh } = request.into_inner();
         let (tail, position) = place(&tail, &position)?;
         let within_fh = grpc_within(within_fh)?;
@@ -49,7 +49,7 @@ impl FleetHealth for Service {
     }
 
     async fn list_due(&self, request: Request<v1::ListDueRequest>) -> Result<Response<v1::ListDueResponse>, Status> {
-        let caller = Caller::of(&request)?;
+        let caller = Caller::from_request(&request)?;
         let v1::ListDueRequest { within_fh, risk, limit, cursor } = request.into_inner();
         let threshold = Threshold::new(
             grpc_number("within_fh", within_fh, due::WITHIN_RULE, due::is_within)?,
@@ -68,7 +68,7 @@ impl FleetHealth for Service {
         &self,
         request: Request<v1::ListHealthRequest>,
     ) -> Result<Response<v1::ListHealthResponse>, Status> {
-        let caller = Caller::of(&request)?;
+        let caller = Caller::from_request(&request)?;
         let request = request.into_inner();
         let range = Range {
             from_fh: grpc_hours("from_fh", request.from_fh)?,

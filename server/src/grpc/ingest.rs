@@ -22,7 +22,7 @@ use crate::{
 #[tonic::async_trait]
 impl Ingest for Service {
     async fn upload(&self, request: Request<v1::UploadRequest>) -> Result<Response<v1::UploadResponse>, Status> {
-        let caller = Caller::of(&request)?;
+        let caller = Caller::from_request(&request)?;
         let request = request.into_inner();
         let upload_id = request.upload_id.clone();
         let upload = into_upload(request).map_err(Refusal::from);
@@ -37,7 +37,7 @@ impl Ingest for Service {
         &self,
         request: Request<Streaming<v1::UploadRequest>>,
     ) -> Result<Response<Self::UploadStreamStream>, Status> {
-        let caller = Caller::of(&request)?;
+        let caller = Caller::from_request(&request)?;
         Ok(Response::new(acknowledgements(self.0.clone(), caller, request.into_inner()).boxed()))
     }
 }

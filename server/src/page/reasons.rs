@@ -2,7 +2,7 @@
 
 use domain::{
     Doubt, DoubtKind, Explanation,
-    explanation::{Driver, Growth, Movement, Surprise},
+    explanation::{Driver, Growth, Shift, Surprise},
 };
 use proto::json::RulBody;
 
@@ -10,7 +10,7 @@ use super::words::grouped;
 
 /// The distance from which on an observation is called surprising, standard deviations.
 const SURPRISING: f64 = 2.0;
-/// Within so many of its standard errors a movement is no movement.
+/// Within so many of its standard errors a movement is no shift.
 const STANDARD_ERRORS: f64 = 2.0;
 
 /// The reasons of a forecast.
@@ -20,7 +20,7 @@ pub struct Reasons {
     /// Whether the growth has changed, sentence by sentence.
     pub growth: Vec<String>,
     /// How the prediction moved, and what was surprising.
-    pub movement: Vec<String>,
+    pub shift: Vec<String>,
 }
 
 /// A share as a bar.
@@ -42,13 +42,13 @@ pub struct Warning {
 impl Reasons {
     /// The reasons of a forecast; `None` without one that tells any.
     pub fn of(body: &RulBody) -> Option<Self> {
-        let Explanation { drivers, growth, movement } = body.explanation.as_ref()?;
+        let Explanation { drivers, growth, shift } = body.explanation.as_ref()?;
         let told = Self {
             drivers: drivers.iter().map(bar).collect(),
             growth: growth.as_ref().map(grown).unwrap_or_default(),
-            movement: movement.as_ref().map(moved).unwrap_or_default(),
+            shift: shift.as_ref().map(moved).unwrap_or_default(),
         };
-        (!(told.drivers.is_empty() && told.growth.is_empty() && told.movement.is_empty())).then_some(told)
+        (!(told.drivers.is_empty() && told.growth.is_empty() && told.shift.is_empty())).then_some(told)
     }
 }
 
@@ -101,10 +101,10 @@ fn grown(growth: &Growth) -> Vec<String> {
     vec![pace, change]
 }
 
-fn moved(movement: &Movement) -> Vec<String> {
-    let mut sentences = vec![travel(movement)];
-    let surprising: Vec<&Surprise> = movement.surprises.iter().filter(|s| s.z.abs() >= SURPRISING).collect();
-    if surprising.is_empty() && !movement.surprises.is_empty() {
+fn moved(shift: &Shift) -> Vec<String> {
+    let mut sentences = vec![travel(shift)];
+    let surprising: Vec<&Surprise> = shift.surprises.iter().filter(|s| s.z.abs() >= SURPRISING).collect();
+    if surprising.is_empty() && !shift.surprises.is_empty() {
         sentences.push(format!(
             "Nothing in the newest data was surprising: every fault came within {SURPRISING} standard deviations of \
              what was expected."
@@ -123,14 +123,14 @@ fn moved(movement: &Movement) -> Vec<String> {
     sentences
 }
 
-fn travel(movement: &Movement) -> String {
-    let since = format!("Since {} fh ({} fh ago)", grouped(movement.since.flight_hours), grouped(movement.passed_fh));
-    let Some(moved_fh) = movement.moved_fh else {
+fn travel(shift: &Shift) -> String {
+    let since = format!("Since {} fh ({} fh ago)", grouped(shift.since.flight_hours), grouped(shift.passed_fh));
+    let Some(moved_fh) = shift.moved_fh else {
         return format!("{since} the movement is not known: the median was, or is, beyond the horizon.");
     };
-    let error = movement.standard_error_fh.map(|error| format!(" \u{b1} {}", grouped(error))).unwrap_or_default();
+    let error = shift.standard_error_fh.map(|error| format!(" \u{b1} {}", grouped(error))).unwrap_or_default();
     let distance = grouped(moved_fh.abs());
-    if movement.standard_error_fh.is_some_and(|error| moved_fh.abs() <= STANDARD_ERRORS * error) {
+    if shift.standard_error_fh.is_some_and(|error| moved_fh.abs() <= STANDARD_ERRORS * error) {
         return format!(
             "{since} the median end of life has not moved beyond the error of the draws: {distance}{error} fh."
         );

@@ -99,7 +99,7 @@ async fn histories_are_the_same_over_both_transports_and_both_names() {
     let house = moved().await;
     house.work(Ok(doubtful(80))).await;
     let state = &house.read(&format!("{COMPONENT}/health?view=states")).await["items"][0];
-    for (field, expected) in [("growth", json!(explanation().growth)), ("movement", json!(explanation().movement))] {
+    for (field, expected) in [("growth", json!(explanation().growth)), ("movement", json!(explanation().shift))] {
         assert_eq!(state[field], expected);
     }
     assert_eq!(state["doubts"], json!(doubtful(80).doubts));

@@ -12,7 +12,7 @@ use domain::{
     Actor, AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Doubt, DoubtKind, Estimate, Explanation,
     FaultModel, FaultTrend, FaultVector, HingeLoad, LoadSource, Mask, NUMERICS_VERSION, Outcome, Prognosis,
     Propagation, RulDistribution, Scope, SetAside, Timestamp, Token, Upload,
-    explanation::{Driver, Growth, GrowthChange, Movement, Surprise},
+    explanation::{Driver, Growth, GrowthChange, Shift, Surprise},
     prognosis::{Forecast, InsufficientHistory},
     scoreboard::{AtRul, Coverage, Horizons, LifeHorizons, RulBin, Scoreboard},
     state::State as Block,
@@ -410,7 +410,7 @@ fn blocks(estimates: &[Estimate], forecast: &Forecast) -> Vec<Block> {
         censored_fraction: forecast.rul.censored_fraction(),
         horizon_fh: forecast.rul.horizon_fh(),
         growth: forecast.explanation.growth.clone(),
-        movement: forecast.explanation.movement.clone(),
+        shift: forecast.explanation.shift.clone(),
         doubts: forecast.doubts.clone(),
         digest: ContentHash::of(b"block"),
     };
@@ -462,7 +462,7 @@ pub fn explanation() -> Explanation {
                 factor_p90: 1.9,
             }),
         }),
-        movement: Some(Movement {
+        shift: Some(Shift {
             since: AsOf {
                 flight_hours: 4820.0,
                 recorded_at: time("2026-02-20T00:00:00Z"),

@@ -39,7 +39,7 @@ async fn seal(options: &PgConnectOptions, connection: &mut PgConnection) -> Resu
     }
     let mut reader = PgConnection::connect_with(options).await?;
     for operator in operators(connection).await? {
-        // Walls hold their owner, too.
+        // Row-level security holds the owner of the tables, too.
         for connection in [&mut reader, &mut *connection] {
             sqlx::query(ENTER).bind(&operator).execute(connection).await?;
         }

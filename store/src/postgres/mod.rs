@@ -1,6 +1,6 @@
 //! Postgres: any number of processes share it.
 //!
-//! Card. *Walls:* every transaction names the one operator whose rows it may see, and row-level security
+//! Card. *Walls between operators:* every transaction names the one operator whose rows it may see, and row-level security
 //! holds it to that; what is asked over all operators is asked as the role `actuary_system`. *Writing:*
 //! what an operator sent or asked for comes one after the other, over all processes, by a lock on the
 //! operator's row; results are alone by the component's row in the queue. So no two transactions wait for

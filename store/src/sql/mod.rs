@@ -40,7 +40,7 @@ mod integrity;
 
 use super::{Arguments, Connection, Database, Engine};
 
-#[allow(unused_imports, reason = "SQLite has no walls")]
+#[allow(unused_imports, reason = "SQLite has no row-level security")]
 pub(crate) use access::operators::{enrol as enrol_operator, names as operators};
 pub(crate) use ground::job::{Job, waiting};
 #[allow(unused_imports, reason = "SQLite writes everything one after the other")]

@@ -54,7 +54,7 @@ pub(super) struct Presence {
 
 impl Presence {
     /// Takes note of a file that is there.
-    pub(super) fn of(file: &DatabaseFile) -> Result<Self, StoreError> {
+    pub(super) fn from_file(file: &DatabaseFile) -> Result<Self, StoreError> {
         let gone = || StoreError::Displaced { path: file.path.clone() };
         Ok(Self { database: identity(&file.path).ok_or_else(gone)?, log: None, file: file.clone() })
     }
@@ -88,7 +88,7 @@ pub(super) struct Ownership {
 
 impl DatabaseFile {
     /// The file of a URL, `sqlite:PATH` or `sqlite://PATH`.
-    pub(super) fn of(url: &str) -> Result<Self, StoreError> {
+    pub(super) fn from_url(url: &str) -> Result<Self, StoreError> {
         let path = url.strip_prefix("sqlite:").map(|rest| rest.strip_prefix("//").unwrap_or(rest));
         // SQLite would take a name that begins with `file:` for a URL and one with a colon for a database in memory.
         match path {

@@ -24,7 +24,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 
 impl Engine {
     pub(crate) async fn open(url: &str, options: Options) -> Result<Self, StoreError> {
-        let file = DatabaseFile::of(url)?;
+        let file = DatabaseFile::from_url(url)?;
         let ownership = file.own()?;
         if let Some(header) = file.header()? {
             file.must_be_whole(header)?;
@@ -40,7 +40,7 @@ impl Engine {
             .await?;
         say_open(&mut connection, true).await?;
         place.check_written()?;
-        let presence = Presence::of(&file)?;
+        let presence = Presence::from_file(&file)?;
         let readers = readers(&presence, options.read_connections).await?;
         let clock = options.clock.unwrap_or_else(Clock::system);
         let owned = Owned { connection: Some(connection), place, ownership: Some(ownership) };
@@ -49,13 +49,13 @@ impl Engine {
     }
 
     pub(crate) async fn open_read_only(url: &str) -> Result<Self, StoreError> {
-        let (readers, presence) = current(&DatabaseFile::of(url)?, Options::default().read_connections).await?;
+        let (readers, presence) = current(&DatabaseFile::from_url(url)?, Options::default().read_connections).await?;
         let (writer, turns, clock) = (Writer::none(), Turns::default(), Clock::system());
         Ok(Self { readers, writer, turns, clock, presence })
     }
 
     pub(crate) async fn open_beside(url: &str) -> Result<Self, StoreError> {
-        let (file, clock) = (DatabaseFile::of(url)?, Clock::system());
+        let (file, clock) = (DatabaseFile::from_url(url)?, Clock::system());
         let (readers, presence) = current(&file, 1).await?;
         let patient = writing(file.path()).optimize_on_close(false, None).busy_timeout(PATIENCE);
         let place = Place::new(&file, patient)?;
@@ -86,7 +86,7 @@ impl Engine {
 /// Takes a copy for all there is, also where whoever wrote it had not closed it; whether that is so. A file without
 /// tables is none.
 pub(crate) async fn adopt(url: &str) -> Result<bool, StoreError> {
-    let file = DatabaseFile::of(url)?;
+    let file = DatabaseFile::from_url(url)?;
     let Some(header) = file.header()? else { return Err(StoreError::NotADatabase { path: file.path().to_owned() }) };
     let mut connection = SqliteConnection::connect_with(&SqliteConnectOptions::new().filename(file.path())).await?;
     let taken = match check_origin(&mut connection, file.path()).await {
@@ -106,7 +106,7 @@ async fn current(file: &DatabaseFile, connections: u32) -> Result<(SqlitePool, P
         return Err(io_error(file.path())(error));
     };
     file.must_be_whole(header)?;
-    let (presence, had_log) = (Presence::of(file)?, file.has_log());
+    let (presence, had_log) = (Presence::from_file(file)?, file.has_log());
     let readers = readers(&presence, connections).await?;
     match check_origin(&mut *readers.acquire().await?, file.path()).await? {
         None if header.has_log && !had_log => Err(file.without_log()),
@@ -226,7 +226,7 @@ mod tests {
         sqlx::query("rollback").execute(&mut *reading).await.unwrap();
         drop(reading);
         assert_eq!(version().await, SCHEMA);
-        let file = DatabaseFile::of(&url).unwrap();
+        let file = DatabaseFile::from_url(&url).unwrap();
         let mut beside = SqliteConnection::connect_with(&writing(file.path())).await.unwrap();
         sqlx::query("update schema_info set version = 99").execute(&mut beside).await.unwrap();
         assert_eq!(version().await, 99);

@@ -27,7 +27,7 @@ pub(super) struct Place {
 
 impl Place {
     pub(super) fn new(file: &DatabaseFile, options: SqliteConnectOptions) -> Result<Self, StoreError> {
-        Ok(Self { file: file.clone(), options, presence: Presence::of(file)? })
+        Ok(Self { file: file.clone(), options, presence: Presence::from_file(file)? })
     }
 
     /// A connection whose commits outlast a power loss.

@@ -1,4 +1,4 @@
-//! The house has floors: each crate may use the crates named here and no others, and the pure
+//! The workspace has layers: each crate may use the crates named here and no others, and the pure
 //! crates reach no runtime, database or network. ARCHITECTURE.md says why.
 
 use std::{
@@ -8,7 +8,7 @@ use std::{
 
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand};
 
-/// Each crate with the crates of the house that it may depend on.
+/// Each crate with the crates of the workspace that it may depend on.
 const ALLOWED: &[(&str, &[&str])] = &[
     ("numerics", &[]),
     ("domain", &["numerics"]),

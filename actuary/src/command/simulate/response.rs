@@ -182,7 +182,7 @@ fn model_words(model: ModelName) -> &'static str {
 fn simulate(arguments: &Arguments, command: &Command, case: Case) -> Response {
     let model = arguments.model.into();
     let load_nm = Signal::constant(arguments.load_nm);
-    let manoeuvre = Manoeuvre { load_nm, ..Manoeuvre::of(command.signal.clone()) };
+    let manoeuvre = Manoeuvre { load_nm, ..Manoeuvre::following(command.signal.clone()) };
     let settings = Settings::new(model, command.duration_s);
     let Case { motor, electrical, .. } = &case;
     let points = simulate_response(model, motor, electrical, &manoeuvre, &settings, arguments.interval_s);
@@ -208,13 +208,13 @@ fn print_figures(command: &Command, responses: &[Response]) {
     for Response { case, points } in responses {
         let figures = match command.name {
             CommandName::Step => {
-                let StepFigures { rise_s, settling_s, overshoot, static_error_rad } = StepFigures::of(points);
+                let StepFigures { rise_s, settling_s, overshoot, static_error_rad } = StepFigures::from_points(points);
                 let (rise, settling, overshoot) = (milli(rise_s), milli(settling_s), 100.0 * overshoot);
                 format!("{rise:>8}  {settling:>11}  {overshoot:>11.2}  {:>17.4}", 1e3 * static_error_rad)
             }
             CommandName::Ramp => tracking(points, 0.5 * command.duration_s),
             CommandName::Sine => {
-                let harmonic = Harmonic::of(points, command.frequency_hz);
+                let harmonic = Harmonic::from_points(points, command.frequency_hz);
                 let gain = harmonic.map_or_else(|| "-".to_owned(), |found| format!("{:.4}", found.gain));
                 let phase =
                     harmonic.map_or_else(|| "-".to_owned(), |found| format!("{:.2}", found.phase_rad.to_degrees()));
@@ -236,6 +236,7 @@ fn heading(command: CommandName) -> &'static str {
 /// Figures of following, the start left out.
 fn tracking(points: &[ResponsePoint], from_s: f64) -> String {
     let last_s = points.last().map_or(0.0, |point| point.time_s);
-    let TrackingFigures { rms_error_rad, max_error_rad, standstill } = TrackingFigures::of(points, from_s.min(last_s));
+    let TrackingFigures { rms_error_rad, max_error_rad, standstill } =
+        TrackingFigures::from_points(points, from_s.min(last_s));
     format!("{:>14.4}  {:>14.4}  {:>12.1}", 1e3 * rms_error_rad, 1e3 * max_error_rad, 100.0 * standstill)
 }

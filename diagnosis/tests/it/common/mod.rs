@@ -68,7 +68,7 @@ pub fn single_phase_maps(count: usize) -> Vec<TrainingMap> {
     faults.into_iter().map(map).collect()
 }
 
-/// Forty maps of the prototype's three-phase model under random command and load.
+/// A hundred maps of the prototype's three-phase model under random command and load.
 pub fn unseen_maps() -> Vec<TrainingMap> {
     dataset(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/ema/val_hf_op"))
 }

@@ -1,7 +1,7 @@
 //! The operators of a database.
 //!
-//! What is asked over all operators is read of one after the other, each behind its own wall: only their
-//! names, the queue, and how much waits may be read across the walls.
+//! Row-level security shows a connection one operator at a time, so what is asked over all of them is read of one after
+//! the other: only their names, the queue, and how much waits may be read of all at once.
 
 use domain::{OperatorId, Timestamp};
 
@@ -40,8 +40,8 @@ pub(crate) async fn all(connection: &mut Connection) -> Result<Vec<OperatorId>, 
     rows.into_iter().map(|row| parse(OPERATORS, &row.checked()?.operator)).collect()
 }
 
-/// The names of all operators that can be read, whatever their checksums say: to look behind the wall of each.
-#[allow(dead_code, reason = "SQLite has no walls")]
+/// The names of all operators that can be read, whatever their checksums say: to read the rows of each.
+#[allow(dead_code, reason = "SQLite has no row-level security")]
 pub(crate) async fn names(connection: &mut Connection) -> Result<Vec<OperatorId>, StoreError> {
     let names: Vec<String> =
         sqlx::query_scalar("select operator from operators order by operator").fetch_all(connection).await?;

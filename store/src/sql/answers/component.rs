@@ -4,7 +4,7 @@ use domain::{Component, Timestamp};
 
 use super::super::{
     Engine,
-    ground::row::{End, count},
+    ground::row::{Extreme, count},
     lives::{components, endings, generations, life},
     places::{contradictions, installations},
     results::estimates,
@@ -24,8 +24,8 @@ impl Engine {
                 began,
                 generation: generations::of_life(&mut transaction, component, pointer).await?,
                 generations: of_life(&generations, pointer.overhaul_index),
-                first: estimates::end_of_life(&mut transaction, component, pointer, End::First).await?,
-                last: estimates::end_of_life(&mut transaction, component, pointer, End::Last).await?,
+                first: estimates::end_of_life(&mut transaction, component, pointer, Extreme::First).await?,
+                last: estimates::end_of_life(&mut transaction, component, pointer, Extreme::Last).await?,
                 found_failed_fh: endings.remove(&pointer.overhaul_index),
             });
         }

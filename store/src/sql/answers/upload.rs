@@ -55,6 +55,6 @@ async fn record(
 ) -> Result<UploadRecord, StoreError> {
     let component = upload.component(operator);
     let estimate = estimates::of_upload(connection, &component, &upload).await?;
-    let state = standing::state_of(connection, &UploadKey::of(&component, &upload)).await?;
+    let state = standing::state_of(connection, &UploadKey::new(&component, &upload)).await?;
     Ok(UploadRecord { upload, received_at, state, estimate })
 }

@@ -4,7 +4,7 @@ use domain::{Component, MaintenanceEvent, OperatorId};
 
 use super::super::{
     Connection,
-    ground::{key::BindKey, row::End},
+    ground::{key::BindKey, row::Extreme},
 };
 use super::recorded::{EventRow, OVERHAUL, event_columns, events};
 use crate::{EventRecord, LifeBeginning, StoreError};
@@ -43,15 +43,15 @@ pub(crate) async fn neighbour(
     connection: &mut Connection,
     component: &Component,
     event: &MaintenanceEvent,
-    end: End,
+    end: Extreme,
 ) -> Result<Option<MaintenanceEvent>, StoreError> {
     let sql = match end {
-        End::Last => events!(
+        Extreme::Last => events!(
             "where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and v.event_id is null
                and (e.occurred_at, e.event_id) < ($4, $5)
              order by e.occurred_at desc, e.event_id desc limit 1"
         ),
-        End::First => events!(
+        Extreme::First => events!(
             "where e.operator = $1 and e.part_number = $2 and e.serial_number = $3 and v.event_id is null
                and (e.occurred_at, e.event_id) > ($4, $5)
              order by e.occurred_at, e.event_id limit 1"

@@ -57,7 +57,7 @@ pub(crate) struct UploadKey {
 }
 
 impl UploadKey {
-    pub(crate) fn of(component: &Component, upload: &Upload) -> Self {
+    pub(crate) fn new(component: &Component, upload: &Upload) -> Self {
         let (recorded_at, upload_id) = (upload.recorded_at.micros(), upload.upload_id.clone());
         Self { component: component.clone(), recorded_at, upload_id }
     }

@@ -104,9 +104,9 @@ pub(crate) fn count<T: TryFrom<i64>>(table: &str, value: i64) -> Result<T, Store
     T::try_from(value).map_err(|_| corrupt(&(table, value), "the number is out of range"))
 }
 
-/// An end of an order.
+/// Which of an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum End {
+pub(crate) enum Extreme {
     First,
     Last,
 }

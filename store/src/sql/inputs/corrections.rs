@@ -64,7 +64,7 @@ impl Write for Void {
             return Ok(None);
         };
         let component = upload.component(&self.operator);
-        let key = UploadKey::of(&component, &upload);
+        let key = UploadKey::new(&component, &upload);
         if !voided::mark(connection, &key, self.voided_at).await? {
             return Ok(Some(Voiding::AlreadyVoided));
         }
@@ -114,7 +114,7 @@ impl Write for Retry {
             return Ok(None);
         };
         let component = upload.component(&self.operator);
-        let key = UploadKey::of(&component, &upload);
+        let key = UploadKey::new(&component, &upload);
         match standing::state_of(connection, &key).await? {
             UploadState::SetAside { .. } => {
                 try_again(connection, &component, &key, self.since, now).await?;

@@ -74,8 +74,8 @@ impl Write for Accept {
 
 impl Accept {
     async fn claim_name(&self, connection: &mut Connection) -> Result<bool, StoreError> {
-        let key = UploadKey::of(&self.component, &self.upload);
-        sealed::insert_new(connection, &UploadKeyRow::of(&key, &self.content_hash)).await
+        let key = UploadKey::new(&self.component, &self.upload);
+        sealed::insert_new(connection, &UploadKeyRow::new(&key, &self.content_hash)).await
     }
 
     /// Answers when the name is taken. A conflict is only claimed of an undamaged upload.

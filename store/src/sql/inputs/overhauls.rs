@@ -32,7 +32,7 @@ pub(super) async fn repartition(
     let later = lives[1..].iter().map(|(_, began)| began.as_ref().map(|began| &began.event_id));
     let standing = overhauls.iter().zip(later).take_while(|(one, life)| *life == Some(&one.event_id)).count();
     let last = lives[standing].0;
-    let end = overhauls.get(standing).map_or(LifeEnd::NEVER, LifeEnd::of);
+    let end = overhauls.get(standing).map_or(LifeEnd::NEVER, LifeEnd::from_overhaul);
     let sent = send_back(connection, component, last, end, since).await?;
     if sent > 0 {
         forget_other_generations(connection, component, last).await?;

@@ -341,7 +341,7 @@ pub(super) async fn verify(
     ends(connection, found).await
 }
 
-/// Operators that are not among all operators: nothing would ever be looked up behind their walls.
+/// Operators that are not among all operators: as row-level security shows one operator at a time, nobody would ever read their rows.
 pub(super) async fn verify_operators(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
     let named = sqlx::query_scalar(
         "select k.operator from lives k where not exists (select 1 from operators o where o.operator = k.operator)

@@ -50,7 +50,7 @@ macro_rules! derived {
     };
 }
 
-/// Seals the rows that are seen: of one operator, where there are walls. What is read on one connection is written on
+/// Seals the rows that are seen: of one operator, where row-level security holds. What is read on one connection is written on
 /// the other.
 pub(crate) async fn seal_rows(reader: &mut Connection, writer: &mut Connection) -> Result<(), StoreError> {
     sources!(seal_all(&mut *reader, &mut *writer));

@@ -26,7 +26,7 @@ pub(crate) async fn enrol(
     now: Timestamp,
 ) -> Result<bool, StoreError> {
     operators::enrol(connection, &component.operator, now).await?;
-    let new = sealed::insert_new(connection, &ComponentRow::of(component, now)).await?;
+    let new = sealed::insert_new(connection, &ComponentRow::new(component, now)).await?;
     if new {
         begin(connection, component, 0, None).await?;
     }
@@ -65,7 +65,7 @@ pub(crate) async fn begin(
     row.bind_columns(insert).bind(row.seal()).execute(&mut *connection).await?;
     let active = bundles::active(connection).await?.ok_or(StoreError::NoActiveBundle)?;
     let prior = priors::newest(connection, component, &active.hash).await?.unwrap_or(active.prior);
-    let generation = GenerationRow::of(component, row.pointer(), (active.hash, prior));
+    let generation = GenerationRow::new(component, row.pointer(), (active.hash, prior));
     sealed::insert(connection, &generation).await
 }
 

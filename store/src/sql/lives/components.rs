@@ -20,7 +20,7 @@ sealed! {
 }
 
 impl ComponentRow {
-    pub(crate) fn of(component: &Component, enrolled_at: Timestamp) -> Self {
+    pub(crate) fn new(component: &Component, enrolled_at: Timestamp) -> Self {
         Self {
             operator: component.operator.to_string(),
             part_number: component.part_number.to_string(),

@@ -64,7 +64,7 @@ sealed! {
 }
 
 impl GenerationRow {
-    pub(crate) fn of(component: &Component, pointer: LifePointer, (model, prior): Pair) -> Self {
+    pub(crate) fn new(component: &Component, pointer: LifePointer, (model, prior): Pair) -> Self {
         Self {
             operator: component.operator.to_string(),
             part_number: component.part_number.to_string(),
@@ -179,7 +179,7 @@ pub(super) async fn insert(
     pointer: LifePointer,
     pair: Pair,
 ) -> Result<(), StoreError> {
-    sealed::insert(connection, &GenerationRow::of(component, pointer, pair)).await
+    sealed::insert(connection, &GenerationRow::new(component, pointer, pair)).await
 }
 
 /// The generation that answers for a life.

@@ -43,7 +43,7 @@ pub(crate) struct LifeEnd {
 impl LifeEnd {
     pub(crate) const NEVER: Self = Self { flight_hours: f64::MAX, at: i64::MAX };
 
-    pub(crate) fn of(overhaul: &LifeBeginning) -> Self {
+    pub(crate) fn from_overhaul(overhaul: &LifeBeginning) -> Self {
         Self { flight_hours: hours_column(overhaul.flight_hours), at: overhaul.occurred_at.micros() }
     }
 }

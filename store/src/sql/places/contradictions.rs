@@ -11,7 +11,7 @@ use domain::{Component, EventKind, Finding, MaintenanceEvent, OperatorId, Timest
 use super::super::{
     Connection, Engine,
     events::standing,
-    ground::row::{End, parse},
+    ground::row::{Extreme, parse},
     uploads::received,
 };
 use super::{installations, movements, names, observed};
@@ -307,10 +307,10 @@ async fn neighbours(
 ) -> Result<Vec<Reading>, StoreError> {
     let at = event.occurred_at.micros();
     let (first, last) = ((i64::MIN, ""), (i64::MAX, ""));
-    let before = received::at_end_of(connection, component, first, (at, ""), End::Last).await?;
-    let after = received::at_end_of(connection, component, (at, ""), last, End::First).await?;
+    let before = received::at_end_of(connection, component, first, (at, ""), Extreme::Last).await?;
+    let after = received::at_end_of(connection, component, (at, ""), last, Extreme::First).await?;
     let mut readings: Vec<Reading> = before.into_iter().chain(after).map(Reading::of_upload).collect();
-    for end in [End::Last, End::First] {
+    for end in [Extreme::Last, Extreme::First] {
         let neighbour = standing::neighbour(connection, component, event, end).await?;
         readings.extend(neighbour.map(Reading::of_event));
     }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use domain::{OperatorId, TailNumber, Timestamp, time::DAY_US};
 
-use super::super::{Connection, ground::row::End, uploads::received};
+use super::super::{Connection, ground::row::Extreme, uploads::received};
 use super::observed::{self, TailPeriod};
 use crate::StoreError;
 
@@ -70,7 +70,7 @@ async fn readings(
 ) -> Result<Vec<(Reading, Reading)>, StoreError> {
     let mut ends = Vec::new();
     for period in periods {
-        if let Some(last) = at_end(connection, &period, period.from_at, End::Last).await? {
+        if let Some(last) = at_end(connection, &period, period.from_at, Extreme::Last).await? {
             ends.push((period, last));
         }
     }
@@ -78,7 +78,7 @@ async fn readings(
     let begin = newest.micros() - WINDOW_US;
     let mut spans = Vec::new();
     for (period, last) in ends.iter().filter(|(_, last)| last.at.micros() >= begin) {
-        if let Some(first) = at_end(connection, period, period.from_at.max(begin), End::First).await? {
+        if let Some(first) = at_end(connection, period, period.from_at.max(begin), Extreme::First).await? {
             spans.push((first, *last));
         }
     }
@@ -96,7 +96,7 @@ async fn at_end(
     connection: &mut Connection,
     period: &TailPeriod,
     from_at: i64,
-    end: End,
+    end: Extreme,
 ) -> Result<Option<Reading>, StoreError> {
     // No upload has an empty name, so this moment is before every upload of its time.
     let after = (from_at, "");

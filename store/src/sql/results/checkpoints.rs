@@ -99,7 +99,7 @@ pub(crate) struct Draft {
 }
 
 impl Draft {
-    pub(crate) fn of(component: &Component, checkpoint: Checkpoint) -> Self {
+    pub(crate) fn new(component: &Component, checkpoint: Checkpoint) -> Self {
         let Checkpoint { block, digest, body } = checkpoint;
         let block = block.cast_signed();
         Self { block, digest, checksum: checksum(&name(component, block, &digest), &body), body }

@@ -7,7 +7,7 @@ use super::super::{
     ground::{
         check,
         key::{BindKey, ComponentColumns, LifePointer},
-        row::{Body, End, checksum, decode, hours_column, parse},
+        row::{Body, Extreme, checksum, decode, hours_column, parse},
     },
     lives::life,
 };
@@ -162,11 +162,11 @@ pub(crate) async fn end_of_life(
     connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
-    end: End,
+    end: Extreme,
 ) -> Result<Option<LifeCursor>, StoreError> {
     let sql = match end {
-        End::First => counting!("order by e.flight_hours, e.recorded_at, e.upload_id limit 1"),
-        End::Last => counting!("order by e.flight_hours desc, e.recorded_at desc, e.upload_id desc limit 1"),
+        Extreme::First => counting!("order by e.flight_hours, e.recorded_at, e.upload_id limit 1"),
+        Extreme::Last => counting!("order by e.flight_hours desc, e.recorded_at desc, e.upload_id desc limit 1"),
     };
     let query = sqlx::query_as::<_, EstimateRow>(sql).bind_component(component);
     let row = query.bind(pointer.overhaul_index).bind(pointer.generation).fetch_optional(connection).await?;
@@ -179,7 +179,7 @@ pub(crate) async fn has_counting_estimate(
     component: &Component,
     pointer: LifePointer,
 ) -> Result<bool, StoreError> {
-    Ok(end_of_life(connection, component, pointer, End::First).await?.is_some())
+    Ok(end_of_life(connection, component, pointer, Extreme::First).await?.is_some())
 }
 
 /// The estimate of one upload in the generation that answers for its life. (SQLite follows the order

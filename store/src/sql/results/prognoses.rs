@@ -25,7 +25,7 @@ pub(crate) struct Draft {
 }
 
 impl Draft {
-    pub(crate) fn of(prognosis: &Prognosis) -> Result<Self, StoreError> {
+    pub(crate) fn from_prognosis(prognosis: &Prognosis) -> Result<Self, StoreError> {
         Ok(Self { body: encode("prognosis", prognosis)?, forecast_from_fh: forecast_from_fh(prognosis) })
     }
 }

@@ -31,7 +31,7 @@ pub(crate) async fn let_wait(
 ) -> Result<(), StoreError> {
     for (recorded_at, upload_id) in moments {
         let key = UploadKey { component: component.clone(), recorded_at, upload_id: parse(UPLOADS, &upload_id)? };
-        sealed::insert_new(connection, &InboxRow::of(&key, since)).await?;
+        sealed::insert_new(connection, &InboxRow::new(&key, since)).await?;
     }
     Ok(())
 }
@@ -46,7 +46,7 @@ sealed! {
 }
 
 impl InboxRow {
-    pub(super) fn of(key: &UploadKey, since: Timestamp) -> Self {
+    pub(super) fn new(key: &UploadKey, since: Timestamp) -> Self {
         Self {
             operator: key.component.operator.to_string(),
             part_number: key.component.part_number.to_string(),

@@ -49,7 +49,7 @@ sealed! {
 }
 
 impl UploadKeyRow {
-    pub(crate) fn of(key: &UploadKey, content_hash: &ContentHash) -> Self {
+    pub(crate) fn new(key: &UploadKey, content_hash: &ContentHash) -> Self {
         Self {
             operator: key.component.operator.to_string(),
             upload_id: key.upload_id.to_string(),

@@ -10,7 +10,7 @@ use super::super::{
     ground::{
         check,
         key::{BindKey, ComponentColumns, UploadKey},
-        row::{Body, End, checksum, corrupt, decode, parse},
+        row::{Body, Extreme, checksum, corrupt, decode, parse},
         sealed,
     },
 };
@@ -117,7 +117,7 @@ pub(crate) async fn insert(
     .bind(checksum(&name, body.as_bytes()))
     .execute(&mut *connection)
     .await?;
-    sealed::insert(connection, &InboxRow::of(&UploadKey::of(component, upload), received_at)).await
+    sealed::insert(connection, &InboxRow::new(&UploadKey::new(component, upload), received_at)).await
 }
 
 /// The upload of this name, with the time of its receipt. (Its key is asked for first: a join with all partitions
@@ -242,11 +242,11 @@ pub(crate) async fn at_end_of(
     component: &Component,
     after: (i64, &str),
     before: (i64, &str),
-    end: End,
+    end: Extreme,
 ) -> Result<Option<Upload>, StoreError> {
     let sql = match end {
-        End::First => credible!("order by u.recorded_at, u.upload_id limit 1"),
-        End::Last => credible!("order by u.recorded_at desc, u.upload_id desc limit 1"),
+        Extreme::First => credible!("order by u.recorded_at, u.upload_id limit 1"),
+        Extreme::Last => credible!("order by u.recorded_at desc, u.upload_id desc limit 1"),
     };
     let query = sqlx::query_as::<_, UploadRow>(sql).bind_component(component);
     let row = query.bind(after.0).bind(after.1).bind(before.0).bind(before.1).fetch_optional(connection).await?;

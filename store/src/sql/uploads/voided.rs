@@ -17,7 +17,7 @@ pub(crate) async fn mark(
     key: &UploadKey,
     voided_at: Timestamp,
 ) -> Result<bool, StoreError> {
-    sealed::insert_new(connection, &VoidedRow::of(key, voided_at)).await
+    sealed::insert_new(connection, &VoidedRow::new(key, voided_at)).await
 }
 
 sealed! {
@@ -30,7 +30,7 @@ sealed! {
 }
 
 impl VoidedRow {
-    pub(crate) fn of(key: &UploadKey, voided_at: Timestamp) -> Self {
+    pub(crate) fn new(key: &UploadKey, voided_at: Timestamp) -> Self {
         Self {
             operator: key.component.operator.to_string(),
             part_number: key.component.part_number.to_string(),

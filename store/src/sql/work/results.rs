@@ -76,7 +76,7 @@ impl LifeDraft {
         assert!(first.is_none_or(|first| states_from.is_some_and(|from| from <= first)), "states before states_from");
         let estimates = estimates.iter().map(|e| Ok((LifeCursor::from(e), encode("estimate", e)?)));
         let digests = states.iter().map(|state| (state.block.cast_signed(), state.digest)).collect();
-        let checkpoints = checkpoints.into_iter().map(|one| checkpoints::Draft::of(&lease.component, one));
+        let checkpoints = checkpoints.into_iter().map(|one| checkpoints::Draft::new(&lease.component, one));
         let states = states.iter().map(|state| {
             let end = BlockEnd { block: state.block.cast_signed(), flight_hours: state.as_of.flight_hours };
             Ok((end, encode("state", state)?))
@@ -90,7 +90,7 @@ impl LifeDraft {
             states: states.collect::<Result<_, StoreError>>()?,
             digests,
             checkpoints: checkpoints.collect(),
-            prognosis: prognosis.as_ref().map(prognoses::Draft::of).transpose()?,
+            prognosis: prognosis.as_ref().map(prognoses::Draft::from_prognosis).transpose()?,
             now,
         })
     }

@@ -30,7 +30,7 @@ pub async fn judge_all(world: &mut World) -> usize {
     cells
 }
 
-/// The paths of all methods of the house.
+/// The paths of all methods of the service.
 pub fn methods() -> Vec<String> {
     let descriptors = FileDescriptorSet::decode(proto::FILE_DESCRIPTOR_SET).expect("the descriptors of this build");
     let mut methods = Vec::new();

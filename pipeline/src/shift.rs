@@ -7,7 +7,7 @@
 
 use domain::{
     FaultModel, RulDistribution,
-    explanation::{Movement, Surprise},
+    explanation::{Shift, Surprise},
 };
 use prognosis::{Moments, posterior::Posterior};
 
@@ -32,14 +32,14 @@ pub(crate) struct Step<'a> {
 
 impl Step<'_> {
     /// What it did to the forecast.
-    pub fn movement(&self, model: &Model, context: &LifeContext) -> Movement {
+    pub fn shift(&self, model: &Model, context: &LifeContext) -> Shift {
         let last_of =
             |index: usize| self.course.inside(&self.course.blocks[index]).last().expect("blocks are not empty");
         let (earlier, latest) = (last_of(self.index - 1), last_of(self.index));
         let before_fh = model.draw(context, self.before, earlier, latest, FEW).ends_fh;
         let passed_fh = latest.flight_hours - earlier.flight_hours;
         let moved_fh = moved(&before_fh, self.after_fh, passed_fh);
-        Movement {
+        Shift {
             since: earlier.as_of(),
             passed_fh,
             median_before_fh: median(&before_fh),
