@@ -57,7 +57,8 @@ pub struct Filter {
 impl Filter {
     /// A filter at the start of a life of a component with these faults.
     pub fn new(model: &FaultModel, prior: &FleetPrior) -> Self {
-        let modes: Vec<Mode> = model.groups.iter().map(|group| Mode::new(group, prior.of(group), prior.start)).collect();
+        let modes: Vec<Mode> =
+            model.groups.iter().map(|group| Mode::new(group, prior.of(group), prior.start)).collect();
         let growth_changes = prior.growth_changes.filter(|changes| changes.probability > 0.0);
         Self {
             model: model.clone(),
