@@ -101,6 +101,12 @@ impl OpenBlock {
         Self { clock, waiting: Vec::new(), closed: 0 }
     }
 
+    /// What it holds as if it were closed, where that is enough for a block.
+    pub fn closed_now(&self) -> Option<Block> {
+        let enough = !self.waiting.is_empty() && self.waiting.len() >= self.clock.observations;
+        enough.then(|| condense(&self.waiting, 0..self.waiting.len(), &self.clock))
+    }
+
     /// Takes the next observation, in the order of the life; returns the block that it closes.
     pub fn push(&mut self, next: Observation) -> Option<Block> {
         let ends_here = self.waiting.last().is_some_and(|last| {

@@ -24,8 +24,6 @@ use crate::{
     prior::{BiasPrior, FleetPrior, GroupPrior},
 };
 
-/// Steps in which the process noise is sought.
-const NOISE_FACTORS: [f64; 3] = [1.0, 1.1, 1.0 / 1.1];
 /// Rounds of learning on from a prior without growth changes.
 const GROWTH_CHANGE_ROUNDS: usize = 3;
 
@@ -37,11 +35,13 @@ pub struct FitSettings {
     /// Number of lives that the first guess counts as: the more, the nearer to it stays a prior that is
     /// learned from few. Zero where the guess is a mere start. Finite.
     pub parent_lives: f64,
+    /// Factor of the steps in which the process noise is sought; above one, or one where it stays.
+    pub noise_factor: f64,
 }
 
 impl Default for FitSettings {
     fn default() -> Self {
-        Self { rounds: 12, parent_lives: 0.0 }
+        Self { rounds: 12, parent_lives: 0.0, noise_factor: 1.1 }
     }
 }
 
@@ -84,8 +84,10 @@ pub fn fit_prior_from(
     let parent = Summary::of_parent(&guess, settings.parent_lives, model);
     let mut prior = guess;
     for _ in 0..settings.rounds {
-        let factors: &[f64] = if prior.growth_changes.is_some() { &[1.0] } else { &NOISE_FACTORS };
-        let candidates = factors.iter().map(|factor| {
+        let step = settings.noise_factor;
+        let stays = prior.growth_changes.is_some() || step == 1.0;
+        let factors = [1.0, step, 1.0 / step];
+        let candidates = factors[..if stays { 1 } else { 3 }].iter().map(|factor| {
             let candidate = FleetPrior { process_noise: factor * prior.process_noise, ..prior.clone() };
             let summary = expect(&lives, model, &candidate);
             (candidate, summary)

@@ -42,7 +42,7 @@ pub fn learn_from_finished(
     let mut lives = lives.to_vec();
     lives.sort_by(|a, b| content(a).cmp(content(b)));
     let histories: Vec<Vec<Observation>> = lives.iter().map(|life| life.observations.clone()).collect();
-    let settings = FitSettings { rounds: ROUNDS, parent_lives: PARENT_LIVES };
+    let settings = FitSettings { rounds: ROUNDS, parent_lives: PARENT_LIVES, ..FitSettings::default() };
     let prior = fit_prior_from(parent.clone(), &histories, model, &settings)?;
     let failure_time_error = match parent.failure_time_error {
         Some(error) => Some(update_failure_time_error((error, PARENT_LIVES), &lives, model, &prior, boundary, seed)),

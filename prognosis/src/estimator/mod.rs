@@ -5,6 +5,7 @@
 //! in between. So no estimator can look ahead, and one that works step by step never starts over.
 
 mod climatology;
+mod growth;
 mod rbg;
 
 use domain::Propagation;
@@ -13,6 +14,7 @@ use numerics::Stream;
 use crate::block::Observation;
 
 pub use climatology::Climatology;
+pub use growth::Growth;
 pub use rbg::Rbg;
 
 /// A way to predict remaining useful life.
