@@ -6,4 +6,5 @@ pub mod figures;
 pub mod labels;
 pub mod motor;
 pub mod output;
+pub mod records;
 pub mod table;

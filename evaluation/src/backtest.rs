@@ -22,6 +22,7 @@ pub use bootstrap::{Bootstrap, BootstrapSettings, Interval};
 pub use comparison::Comparison;
 pub use gap::OracleGap;
 pub use scoreboard::scoreboard;
+pub(crate) use scoreboard::{BIN_FH, LATE_FH};
 
 /// Levels of the quantiles of a backtest: 2.5, 5, 10, 15, ..., 95, 97.5 %.
 pub const LEVELS: [f64; 21] = [
@@ -33,7 +34,7 @@ const MEDIAN: usize = 10;
 /// True remaining lives at which the error of the median is judged, flight hours.
 pub const JUDGED_RULS_FH: [f64; 3] = [3000.0, 1500.0, 500.0];
 /// Earliest time of such a judgement, hours since the start of the life.
-const FIRST_JUDGED_FH: f64 = 200.0;
+pub(crate) const FIRST_JUDGED_FH: f64 = 200.0;
 /// Shares of a life at which the alpha-lambda metric is judged.
 pub const LAMBDAS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
 /// The criterion of the alpha-lambda metric and of the prognostic horizon (Berri 2021, eq. 7.1).

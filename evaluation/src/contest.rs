@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use prognosis::Estimator;
+use domain::FaultModel;
+use prognosis::{Estimator, FailureTimeError};
 use rayon::prelude::*;
 
 use crate::{
-    Knowledge, Oracle, Recorded,
+    Knowledge, Oracle, Recorded, Terms,
     backtest::{Replay, ReplaySettings, RunScore, replay},
 };
 
@@ -80,8 +81,14 @@ pub struct Judged<'a> {
     pub recorded: &'a [Recorded],
     /// What each estimator made of them.
     pub replays: &'a [Replays],
-    /// What the estimators knew before.
-    pub knowledge: &'a Knowledge,
+    /// What the faults are.
+    pub faults: &'a FaultModel,
+    /// Standard deviation of one observation of each, as the estimators know it.
+    pub sigma: &'a [f64],
+    /// Error of the boundary that was carried into the predictions.
+    pub failure_time_error: Option<FailureTimeError>,
+    /// How results are told.
+    pub terms: &'a Terms,
 }
 
 impl<'a> Judged<'a> {

@@ -12,6 +12,7 @@ use crate::{
         scoreboard,
     },
     contest::{Judged, Replays},
+    terms::Unit,
 };
 
 /// The file.
@@ -167,8 +168,7 @@ impl Intervals {
 impl Metrics {
     /// Judges everything.
     pub fn new(settings: &ReplaySettings, judged: &Judged) -> Self {
-        let knowledge = judged.knowledge;
-        let error = knowledge.prior.failure_time_error;
+        let error = judged.failure_time_error;
         let BootstrapSettings { resamples, level, .. } = BootstrapSettings::default();
         let estimators = (0..judged.replays.len()).map(|index| Judgement::new(index, judged));
         Self {
@@ -179,7 +179,7 @@ impl Metrics {
                 seed: settings.seed,
                 interval_level: level,
                 resamples,
-                observation_sigma: knowledge.faults.names.iter().cloned().zip(knowledge.sigma.clone()).collect(),
+                observation_sigma: judged.faults.names.iter().cloned().zip(judged.sigma.iter().copied()).collect(),
                 failure_time_error_fh: error.map(|error| [error.offset_fh, error.sd_fh]),
                 code_version: env!("CARGO_PKG_VERSION"),
             },
@@ -193,10 +193,12 @@ impl Metrics {
     }
 
     /// A line per estimator and group of runs.
-    pub fn summary(&self) -> String {
+    pub fn summary(&self, time: &Unit) -> String {
+        let score = format!("CRPS {}", time.name);
+        let (wide, lives) = (score.chars().count().max(8), JUDGED_RULS_FH.map(|rul_fh| time.told(rul_fh)).join(" / "));
         let mut table = format!(
-            "{:<11} {:<12} {:>5} {:>8} {:>7} {:>7} {:>7} {:>7}   {}\n",
-            "estimator", "runs", "", "CRPS h", "80 %", "95 %", "doubted", "gap", "median error at 3000 / 1500 / 500 h"
+            "{:<11} {:<12} {:>5} {score:>wide$} {:>7} {:>7} {:>7} {:>7}   median error at {lives} {}\n",
+            "estimator", "runs", "", "80 %", "95 %", "doubted", "gap", time.name
         );
         for judgement in &self.estimators {
             for (group, GroupScores { board, doubts, oracle_gap, .. }) in judgement.groups() {
@@ -204,11 +206,11 @@ impl Metrics {
                 let errors: Vec<_> = board.at_rul.iter().map(|at| percent(at.runs, at.relative_error)).collect();
                 writeln!(
                     table,
-                    "{:<11} {:<12} {:>5} {:>8} {:>7} {:>7} {:>7} {:>7}   {}",
+                    "{:<11} {:<12} {:>5} {:>wide$} {:>7} {:>7} {:>7} {:>7}   {}",
                     judgement.estimator,
                     group,
                     board.runs,
-                    number(board.crps_fh, 1),
+                    number(board.crps_fh.map(|crps_fh| time.of(crps_fh)), time.decimals() + 1),
                     number(board.coverage.level_80, 3),
                     number(board.coverage.level_95, 3),
                     number(doubts.doubted, 3),

@@ -30,6 +30,7 @@
 pub mod backtest;
 pub mod chart;
 mod contest;
+mod digest;
 mod estimator;
 pub mod issued;
 mod judgement;
@@ -38,10 +39,13 @@ pub mod metrics;
 mod recorded;
 mod records;
 pub mod report;
+mod terms;
 
 pub use contest::{Contestant, Judged, Replays, replay_all};
+pub use digest::Digest;
 pub use estimator::{Law, Linear, Oracle, Ridge, Thesis};
 pub use judgement::Metrics;
 pub use knowledge::{Knowledge, Unteachable};
 pub use recorded::{CONSTANT_GROWTH, Recorded};
 pub use records::{RecordedEnd, RecordedLife, Records};
+pub use terms::{Terms, Unit};

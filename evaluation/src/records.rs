@@ -3,7 +3,13 @@
 //! Nothing but times, severities and ends: no bundle, no diagnosis. A severity is the share of the way from a unit's
 //! nominal value to its limit: zero where nominal, one where life ends.
 
-use prognosis::Ending;
+use domain::FaultVector;
+use prognosis::{Ending, Observation, Scale, scale::reference_deviation};
+
+use crate::{Recorded, backtest::Run};
+
+/// Times so close to a multiple of the time between predictions, as a share of it or of themselves, are at it.
+const AT_MULTIPLE: f64 = 1e-9;
 
 /// Recorded lives of one fleet.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,4 +44,40 @@ pub struct RecordedEnd {
     pub time: f64,
     /// How.
     pub ending: Ending,
+}
+
+impl Records {
+    /// The lives as estimators are fed with them: in reference hours and deviations, with the noise of one observation of each
+    /// fault. Whatever is seen, or fails, at a multiple of the time between predictions is so to the last bit.
+    pub fn runs(&self, scale: &Scale, sigma: &[f64], every: f64) -> Vec<Recorded> {
+        let every_fh = scale.reference_fh(every);
+        let reference_fh = |time: f64| {
+            let multiple = (time / every).round();
+            let is_there = (time - multiple * every).abs() <= AT_MULTIPLE * every.max(time);
+            if is_there { multiple * every_fh } else { scale.reference_fh(time) }
+        };
+        let run = |life: &RecordedLife| {
+            let seen = life.times.iter().zip(&life.severities);
+            let observation = |(time, severities): (&f64, &Vec<f64>)| Observation {
+                t_fh: reference_fh(*time),
+                fault_vector: FaultVector(severities.iter().map(|severity| reference_deviation(*severity)).collect()),
+                sigma: sigma.to_vec(),
+                load: None,
+                temperature: None,
+            };
+            let failure = life.end.filter(|end| end.ending == Ending::Failed);
+            let failure_fh = failure.map(|end| reference_fh(end.time));
+            Recorded {
+                run: Run { id: life.unit.clone(), observations: seen.map(observation).collect(), failure_fh },
+                regime: None,
+                law: None,
+            }
+        };
+        self.lives.iter().map(run).collect()
+    }
+
+    /// Failures among the lives.
+    pub fn failures(&self) -> usize {
+        self.lives.iter().filter(|life| life.end.is_some_and(|end| end.ending == Ending::Failed)).count()
+    }
 }

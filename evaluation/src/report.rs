@@ -11,6 +11,7 @@ use crate::{
     Recorded,
     contest::{Judged, Replays},
     judgement::Metrics,
+    terms::{Terms, escaped},
 };
 
 const STYLE: &str = include_str!("report.css");
@@ -19,15 +20,24 @@ const CLASSES: usize = 7;
 /// Size of a chart, pixels.
 const SIZE: [f64; 2] = [400.0, 270.0];
 
+/// Of lives whose law may be told.
+const ORACLE: &str = concat!(
+    "<dt>Oracle</dt><dd>A filter that is told how the very life grows, and changes of growth once they have come: what ",
+    "is left is the error of diagnoses, the noise of wear and the future. It bounds what can be known.</dd>",
+);
+
 /// The page.
 pub fn page(metrics: &Metrics, judged: &Judged) -> String {
-    let mut page = Page { judged, metrics, body: head(metrics), figures: 0, tables: 0 };
+    let terms = judged.terms.escaped();
+    let mut page = Page { judged, metrics, body: head(metrics, &terms), terms, figures: 0, tables: 0 };
     page.heading("Results");
     tables::errors(&mut page);
     tables::scores(&mut page);
     page.heading("Runs to failure");
     lives::history(&mut page);
-    lives::observation_error(&mut page);
+    if page.terms.actuators {
+        lives::observation_error(&mut page);
+    }
     lives::predictions(&mut page);
     page.heading("Errors");
     errors::against_truth(&mut page);
@@ -39,7 +49,7 @@ pub fn page(metrics: &Metrics, judged: &Judged) -> String {
     calibration::histograms(&mut page);
     calibration::score_against_life(&mut page);
     calibration::coverage_against_life(&mut page);
-    page.body += &words(metrics);
+    page.body += &words(metrics, &page.terms);
     format!(
         concat!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">",
@@ -55,6 +65,8 @@ pub fn page(metrics: &Metrics, judged: &Judged) -> String {
 struct Page<'a> {
     judged: &'a Judged<'a>,
     metrics: &'a Metrics,
+    /// Without markup.
+    terms: Terms,
     body: String,
     figures: usize,
     tables: usize,
@@ -147,38 +159,52 @@ fn class(estimator: usize) -> String {
     format!("c{}", estimator % CLASSES)
 }
 
-fn head(metrics: &Metrics) -> String {
+fn head(metrics: &Metrics, Terms { time, .. }: &Terms) -> String {
     let settings = &metrics.settings;
     let names: Vec<&str> = metrics.estimators.iter().map(|judgement| judgement.estimator).collect();
     format!(
         concat!(
             "<h1>Backtest of remaining life</h1>",
-            "<p class=\"soft\">{}: {} runs, {} of known failure. A prediction every {} flight hours from what was ",
-            "observed until then and nothing else, {} draws, horizon {} h. Brackets hold {:.0} % bootstrap intervals ",
+            "<p class=\"soft\">{}: {} runs, {} of known failure. A prediction every {} {} from what was ",
+            "observed until then and nothing else, {} draws, horizon {} {}. Brackets hold {:.0} % bootstrap intervals ",
             "over runs. Advisory; no maintenance credit.</p>"
         ),
         names.join(", "),
         metrics.runs.predicted,
         metrics.runs.judged,
-        settings.every_fh,
+        time.told(settings.every_fh),
+        time.axis,
         settings.draws,
-        settings.horizon_fh,
+        time.told(settings.horizon_fh),
+        time.name,
         100.0 * settings.interval_level
     )
 }
 
-fn words(metrics: &Metrics) -> String {
+/// What was noticed in reading the lives.
+fn notes(lines: &[String]) -> String {
+    let items: String = lines.iter().map(|line| format!("<li>{line}</li>")).collect();
+    if items.is_empty() { items } else { format!("<h2>How the lives were read</h2><ul class=\"soft\">{items}</ul>") }
+}
+
+fn words(metrics: &Metrics, terms: &Terms) -> String {
     let settings = &metrics.settings;
     let sigma = settings.observation_sigma.iter();
-    let sigma: Vec<String> = sigma.map(|(name, sigma)| format!("{} {sigma:.4}", escaped(name))).collect();
+    let sigma: Vec<String> =
+        sigma.map(|(name, sigma)| format!("{} {:.4}", escaped(name), terms.deviation.of(*sigma))).collect();
     let error = match settings.failure_time_error_fh {
         Some([offset, sd]) => format!("{offset:+.0} &plusmn; {sd:.0} h"),
         None => "not known".to_owned(),
     };
+    let error = if terms.actuators {
+        format!("Error of the surrogate boundary in failure time: {error}.")
+    } else {
+        format!("Of a {}.", terms.deviation.axis)
+    };
     format!(
         concat!(
             "<h2>Words and settings</h2><dl>",
-            "<dt>CRPS</dt><dd>Continuous ranked probability score: the distance between distribution and truth, in hours, ",
+            "<dt>CRPS</dt><dd>Continuous ranked probability score: the distance between distribution and truth, in {}, ",
             "mean over all predictions before failure; less is better. What is beyond the horizon counts as the horizon.</dd>",
             "<dt>Coverage</dt><dd>Share of the central intervals that hold the true remaining life; as many as they promise ",
             "is best.</dd>",
@@ -189,20 +215,16 @@ fn words(metrics: &Metrics) -> String {
             "within a tenth of the whole life of the truth until failure; medians over runs, zero for a run where it never is.</dd>",
             "<dt>Beyond, doubted</dt><dd>Share of the predictions whose median is beyond the horizon, and of those that ",
             "the estimator advises not to trust, because the life is unlike those that it knows.</dd>",
-            "<dt>Oracle</dt><dd>A filter that is told how the very life grows, and changes of growth once they have come: what ",
-            "is left is the error of diagnoses, the noise of wear and the future. It bounds what can be known.</dd>",
-            "</dl><p class=\"soft\">Standard deviation of one observation: {}. Error of the surrogate boundary in failure ",
-            "time: {}. {} resamples of the runs. Actuary {}, seed {}.</p>"
+            "{}</dl><p class=\"soft\">Standard deviation of one observation: {}. {} {} ",
+            "resamples of the runs. Actuary {}, seed {}.</p>{}"
         ),
+        terms.time.words,
+        if terms.actuators { ORACLE } else { "" },
         sigma.join(", "),
         error,
         settings.resamples,
         settings.code_version,
-        settings.seed
+        settings.seed,
+        notes(&terms.notes)
     )
-}
-
-/// Text from a file, without markup.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn reference_hours_are_their_own() {
-        let time = 1234.567_890_123_4;
+        let time = 1_234.567_890_123_4;
         assert_eq!((Scale::REFERENCE.reference_fh(time), Scale::REFERENCE.time(time)), (time, time));
     }
 }

@@ -5,37 +5,55 @@ mod knowledge;
 mod laws;
 mod oddities;
 mod predictions;
+mod recorded;
 
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use evaluation::{
-    Contestant, Judged, Knowledge, Linear, Metrics, Ridge, Thesis, backtest::ReplaySettings, replay_all, report,
+    Contestant, Judged, Knowledge, Linear, Metrics, Ridge, Terms, Thesis, backtest::ReplaySettings, replay_all, report,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 use prognosis::{Climatology, FleetPrior, PredictionSettings, Rbg};
+use serde::Serialize;
 
 use self::histories::Files;
 use crate::{
     exit::Failure,
-    files::output::OutputFolder,
+    files::{output::OutputFolder, records},
     say::{self, note, say},
 };
 
 const SEED: u64 = 1;
 /// Judged where none is named.
 const DEFAULT_ESTIMATORS: &[EstimatorName] = &[EstimatorName::Rbg, EstimatorName::Thesis];
+/// Flight hours between predictions of actuators, and their horizon.
+const EVERY_FH: f64 = 200.0;
+const HORIZON_FH: f64 = 8000.0;
 
-/// Judge estimators of remaining life on recorded histories of fault vectors.
+/// Judge estimators of remaining life on recorded lives.
 ///
-/// Each history is fed progressively: a prediction at t uses the observations up to t and nothing else.
-/// Predictions are made at every multiple of --every that a history covers, and scored where --truth
-/// tells the failure. Where nothing better is given, the model's surrogate says when life ends, its fleet
-/// prior what is known of a new life, and the diagnosis error of the fleet that taught the prior
-/// (0.0075 for shorts, 0.02 for eccentricity) is the noise of the histories.
+/// Each life is fed progressively: a prediction at t uses the observations up to t and nothing else.
+/// Predictions are made at every multiple of --every that a life covers, and scored where its failure is known.
+///
+/// With --limit, lives are those of any unit: --limit names the columns that tell its damage, a life fails when one of them first
+/// passes its limit, all is learned from the lives of --prior, or from half of the histories, and everything is told
+/// in the unit of the time column.
+///
+/// With --model, histories are fault vectors of actuators, and --truth tells the failures. Where nothing better is given,
+/// the model's surrogate says when life ends, its fleet prior what is known of a new life, and the diagnosis error of the
+/// fleet that taught the prior (0.0075 for shorts, 0.02 for eccentricity) is the noise of the histories.
 #[derive(Debug, Args)]
-#[command(after_help = "Files:
+#[command(
+    after_help = "Files with --limit: one row per unit and time, in any order; a column of times, one that names the unit, one per
+  limit, others as they come. The first of several units teaches, the second is judged, and so on, unless --prior or --split tells
+  otherwise.
+
+Files with --model:
   histories    run_id,<any>,t_fh,load,temp,<fault names>; empty load or temp = not known; rows in any order
   truth        run_id,t_failure_fh; the n-th --truth belongs to the n-th --histories; a run that it does
                not tell of is predicted but not judged, one that is observed after its failure is refused
@@ -44,44 +62,53 @@ const DEFAULT_ESTIMATORS: &[EstimatorName] = &[EstimatorName::Rbg, EstimatorName
   B11,B12,... of truth, and the growth of growth, or 1 for a life of the regime `constant`; it leaves out
   the lives whose growth is not told. All other columns are ignored.
 
-Example:
+Examples:
+  actuary backtest --histories virkler.csv --limit crack_mm=49.8 --out cracks
+  actuary backtest --histories cells.csv --limit capacity_ah=-18% --nominal capacity_ah=first:5 --out cells
   actuary backtest --model models/default.json --histories histories.csv --truth truth.csv \\
-    --estimator rbg --estimator thesis --out backtest")]
+    --estimator rbg --estimator thesis --out backtest"
+)]
 pub struct Arguments {
-    /// The model bundle.
-    #[arg(long, value_name = "FILE")]
-    model: PathBuf,
-    /// Histories to predict; of several files, run_id becomes STEM/RUN_ID, after the stem of the file.
+    /// The model bundle, for lives of actuators.
+    #[arg(long, value_name = "FILE", conflicts_with = "limits")]
+    model: Option<PathBuf>,
+    /// Lives to predict; of several files, the name of a unit becomes STEM/NAME, after the stem of the file.
     #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
     histories: Vec<PathBuf>,
-    /// Their true failure times, for metrics.json and report.html.
-    #[arg(long, value_name = "FILE", num_args = 1..)]
+    #[command(flatten)]
+    records: records::Flags,
+    /// Without --prior, the first N units teach and the others are judged [default: the first, third, fifth... teach].
+    #[arg(long, value_name = "N", requires = "limits", conflicts_with = "prior")]
+    split: Option<std::num::NonZeroUsize>,
+    /// With --model, the true failure times, for metrics.json and report.html.
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "limits")]
     truth: Vec<PathBuf>,
     /// How the growth of each life changed, for --estimator oracle.
-    #[arg(long, value_name = "FILE", num_args = 1..)]
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "limits")]
     growth: Vec<PathBuf>,
-    /// An estimator to judge, repeated for several [default: rbg and thesis].
+    /// An estimator to judge, repeated for several [default: rbg and thesis with --model, climatology with --limit].
     #[arg(long = "estimator", value_name = "NAME", value_enum)]
     estimators: Vec<EstimatorName>,
     /// Draws of each prediction.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     draws: u32,
-    /// Flight hours between predictions.
-    #[arg(long, default_value_t = 200.0, value_name = "H", value_parser = hours)]
-    every: f64,
-    /// Remaining lives beyond are censored, flight hours.
-    #[arg(long, default_value_t = 8000.0, value_name = "H", value_parser = hours)]
-    horizon: f64,
+    /// Time between predictions, in the unit of times [default: 200 h with --model, a twenty-fifth of a characteristic life with
+    /// --limit].
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    every: Option<f64>,
+    /// Remaining lives beyond are censored [default: 8000 h with --model, two characteristic lives with --limit].
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    horizon: Option<f64>,
     /// Train the surrogate on labelled fault vectors instead of taking the model's: fault columns, then
     /// figures, min_margin or label; several files are pooled. Without --prior the model's knowledge of
     /// its own surrogate's error is dropped with it.
-    #[arg(long, value_name = "FILE", num_args = 1..)]
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "limits")]
     labels: Vec<PathBuf>,
-    /// Learn the fleet prior, the noise of the histories and the error of the surrogate from these
-    /// histories, each of which has to end with the observation at failure.
+    /// Learn from these lives. With --model, each has to end with the observation at failure, and they teach the fleet prior,
+    /// the noise of the histories and the error of the surrogate.
     #[arg(long, value_name = "FILE")]
     prior: Option<PathBuf>,
-    /// Folder for predictions.csv and, with truth, metrics.json and report.html.
+    /// Folder for predictions.csv and, where failures are known, metrics.json and report.html.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -107,11 +134,18 @@ enum EstimatorName {
     Oracle,
 }
 
-/// Between a tenth of an hour and more than any life.
-fn hours(text: &str) -> Result<f64, String> {
+fn duration(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(hours) if (0.1..=1e6).contains(&hours) => Ok(hours),
-        _ => Err("not a number of hours from 0.1 to 1000000".to_owned()),
+        Ok(time) if time > 0.0 && time.is_finite() => Ok(time),
+        _ => Err("not a number above zero".to_owned()),
+    }
+}
+
+/// Between a tenth of an hour and more than any life.
+fn hours(told: Option<f64>, otherwise: f64, flag: &str) -> Result<f64, Failure> {
+    match told.unwrap_or(otherwise) {
+        hours if (0.1..=1e6).contains(&hours) => Ok(hours),
+        hours => Err(refuse(format!("{flag} {hours}: not a number of hours from 0.1 to 1000000"))),
     }
 }
 
@@ -122,8 +156,31 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let bar = ProgressBar::new(0);
     bar.set_style(ProgressStyle::with_template("{msg:<32} {wide_bar} {pos}/{len} {eta}").expect("a valid template"));
     bar.set_message("reading");
-    let model = knowledge::read_model(&arguments.model)?;
-    let names = chosen(&arguments, &model.bundle().prior)?;
+    match &arguments.model {
+        _ if !arguments.records.limits.is_empty() => recorded::run(&arguments, &out, &bar)?,
+        Some(model) => actuators(&arguments, model, &out, &bar)?,
+        None => {
+            let reason =
+                "what is failure? tell --limit NAME=VALUE for each column of damage, or --model FILE for actuators";
+            return Err(refuse(reason.to_owned()).into());
+        }
+    }
+    say!("{} in {:.0} s", arguments.out.display(), started.elapsed().as_secs_f64());
+    Ok(())
+}
+
+/// Judges the estimators on lives of actuators.
+fn actuators(arguments: &Arguments, model: &Path, out: &OutputFolder, bar: &ProgressBar) -> Result<()> {
+    let settings = ReplaySettings {
+        every_fh: hours(arguments.every, EVERY_FH, "--every")?,
+        prediction: PredictionSettings {
+            draws: arguments.draws as usize,
+            horizon_fh: hours(arguments.horizon, HORIZON_FH, "--horizon")?,
+        },
+        seed: SEED,
+    };
+    let model = knowledge::read_model(model)?;
+    let names = chosen(arguments, &model.bundle().prior)?;
     let files = Files {
         histories: &arguments.histories,
         truths: &arguments.truth,
@@ -139,19 +196,21 @@ pub fn run(arguments: Arguments) -> Result<()> {
         knowledge.prepare(recorded);
     }
     let contestants: Vec<Contestant> = names.into_iter().map(|name| contestant(name, &knowledge)).collect();
-    let settings = ReplaySettings {
-        every_fh: arguments.every,
-        prediction: PredictionSettings { draws: arguments.draws as usize, horizon_fh: arguments.horizon },
-        seed: SEED,
-    };
     bar.set_message("predicting");
     bar.set_length((recorded.len() * contestants.len()) as u64);
     let replays = replay_all(&recorded, &contestants, &settings, &|| bar.inc(1));
     bar.finish_and_clear();
     notes.iter().for_each(|line| note!("note: {line}"));
-    write(&out, &arguments, &settings, &Judged { recorded: &recorded, replays: &replays, knowledge: &knowledge })?;
-    say!("{} in {:.0} s", arguments.out.display(), started.elapsed().as_secs_f64());
-    Ok(())
+    let judged = Judged {
+        recorded: &recorded,
+        replays: &replays,
+        faults: &knowledge.faults,
+        sigma: &knowledge.sigma,
+        failure_time_error: knowledge.prior.failure_time_error,
+        terms: &Terms::actuators(),
+    };
+    let metrics = (!arguments.truth.is_empty()).then(|| Metrics::new(&settings, &judged));
+    write(out, &judged, metrics.as_ref(), &metrics)
 }
 
 /// The estimators to judge in the order asked for, each once. Where nothing tells how growth changes, `rbg` is
@@ -199,22 +258,27 @@ fn contestant(name: EstimatorName, knowledge: &Knowledge) -> Contestant<'_> {
     })
 }
 
-fn write(out: &OutputFolder, arguments: &Arguments, settings: &ReplaySettings, judged: &Judged) -> Result<()> {
-    let metrics = (!arguments.truth.is_empty()).then(|| Metrics::new(settings, judged));
+/// The files, and the figures in words; `file` is what is kept of the metrics.
+fn write(out: &OutputFolder, judged: &Judged, metrics: Option<&Metrics>, file: &impl Serialize) -> Result<()> {
     out.write(|draft| {
         draft.file("predictions.csv", |file| predictions::write(file, judged))?;
-        let Some(metrics) = &metrics else { return Ok(()) };
-        draft.file("metrics.json", |file| {
-            serde_json::to_writer_pretty(&mut *file, metrics)?;
-            file.write_all(b"\n")
+        let Some(metrics) = metrics else { return Ok(()) };
+        draft.file("metrics.json", |writer| {
+            serde_json::to_writer_pretty(&mut *writer, file)?;
+            writer.write_all(b"\n")
         })?;
         draft.file("report.html", |file| file.write_all(report::page(metrics, judged).as_bytes()))
     })?;
-    match &metrics {
-        Some(metrics) => say::text(metrics.summary()),
+    match metrics {
+        Some(metrics) => say::text(metrics.summary(&judged.terms.time)),
         None => say!("{} runs predicted; without truth there is nothing to judge", judged.recorded.len()),
     }
     Ok(())
+}
+
+/// What an estimator is called on the command line.
+fn called(name: EstimatorName) -> String {
+    name.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 /// What is wrong with the files together.

@@ -9,9 +9,9 @@ use crate::metrics::Horizon;
 /// Bins of the histogram of the probability integral transform.
 const PIT_BINS: usize = 10;
 /// "Late": true remaining lives below this, flight hours.
-const LATE_FH: f64 = 1000.0;
+pub(crate) const LATE_FH: f64 = 1000.0;
 /// Width and number of the bins of true remaining life, flight hours; the last bin is open.
-const BIN_FH: f64 = 500.0;
+pub(crate) const BIN_FH: f64 = 500.0;
 const BINS: usize = 8;
 
 /// The scoreboard of these runs.

@@ -3,12 +3,16 @@
 use domain::scoreboard::{RulBin, Scoreboard};
 
 use super::{Page, Panel, SIZE, class, escaped, key_item};
-use crate::chart::{Axis, Chart};
+use crate::{
+    backtest::BIN_FH,
+    chart::{Axis, Chart},
+    terms::Unit,
+};
 
 /// Fewest predictions of a point.
 const MIN_PREDICTIONS: usize = 10;
-/// Width of the last, open bin in charts, flight hours.
-const OPEN_BIN_FH: f64 = 500.0;
+/// The score is drawn up to this, flight hours.
+const WORST_FH: f64 = 1000.0;
 /// A histogram is drawn up to this multiple of an even one.
 const TALLEST: f64 = 4.0;
 
@@ -97,42 +101,47 @@ pub fn histograms(page: &mut Page) {
 
 /// Middle of a bin of true remaining life.
 fn middle_fh(bin: &RulBin) -> f64 {
-    0.5 * (bin.from_fh + bin.to_fh.unwrap_or(bin.from_fh + OPEN_BIN_FH))
+    0.5 * (bin.from_fh + bin.to_fh.unwrap_or(bin.from_fh + BIN_FH))
 }
 
 /// The axis of true remaining life, to the right as time goes.
-fn life_axis(page: &Page) -> Axis<'static> {
+fn life_axis<'a>(page: &Page, name: &'a str) -> Axis<'a> {
     let bins = &page.metrics.estimators[0].all.board.by_rul;
-    let end = bins.last().map_or(1.0, |bin| bin.from_fh + OPEN_BIN_FH);
-    Axis { name: "true remaining life, h", start: end, end: 0.0 }
+    let end = bins.last().map_or(1.0, |bin| bin.from_fh + BIN_FH);
+    Axis { name, start: page.terms.time.of(end), end: 0.0 }
 }
 
-fn points(board: &Scoreboard, value: fn(&RulBin) -> Option<f64>) -> Vec<(f64, f64)> {
+fn points(board: &Scoreboard, time: &Unit, value: impl Fn(&RulBin) -> Option<f64>) -> Vec<(f64, f64)> {
     let told = board.by_rul.iter().filter(|bin| bin.predictions >= MIN_PREDICTIONS);
-    told.filter_map(|bin| Some((middle_fh(bin), value(bin)?))).collect()
+    told.filter_map(|bin| Some((time.of(middle_fh(bin)), value(bin)?))).collect()
 }
 
 /// The score against the true remaining life.
 pub fn score_against_life(page: &mut Page) {
-    let x = life_axis(page);
-    let y = Axis { name: "CRPS, h", start: 0.0, end: 1000.0 };
-    let panels = lines(page, [x, y], &[], |board| points(board, |bin| bin.crps_fh));
-    let key = page.key("");
-    page.figure(
+    let time = &page.terms.time;
+    let [life, score] = ["true remaining life", "CRPS"].map(|name| format!("{name}, {}", time.name));
+    let y = Axis { name: &score, start: 0.0, end: time.of(WORST_FH) };
+    let told = |board: &Scoreboard| points(board, time, |bin| bin.crps_fh.map(|crps_fh| time.of(crps_fh)));
+    let panels = lines(page, [life_axis(page, &life), y], &[], told);
+    let [width, worst] = [BIN_FH, WORST_FH].map(|fh| format!("{:.*} {}", time.decimals(), time.of(fh), time.name));
+    let caption = format!(
         concat!(
-            "CRPS against the true remaining life, means over bins of 500 h, the last one open. An estimator that leaves ",
-            "the frame is more than 1000 h off."
+            "CRPS against the true remaining life, means over bins of {}, the last one open. An estimator that leaves ",
+            "the frame is more than {} off."
         ),
-        &key,
-        panels,
+        width, worst
     );
+    page.figure(&caption, &page.key(""), panels);
 }
 
 /// Coverage against the true remaining life.
 pub fn coverage_against_life(page: &mut Page) {
-    let x = life_axis(page);
+    let time = &page.terms.time;
+    let life = format!("true remaining life, {}", time.name);
+    let x = life_axis(page, &life);
     let y = Axis { name: "share covered by 80 % intervals", start: 0.0, end: 1.0 };
-    let panels = lines(page, [x, y], &[(x.start, 0.8), (0.0, 0.8)], |board| points(board, |bin| bin.coverage.level_80));
+    let told = |board: &Scoreboard| points(board, time, |bin| bin.coverage.level_80);
+    let panels = lines(page, [x, y], &[(x.start, 0.8), (0.0, 0.8)], told);
     let key = page.key(&key_item("truth", "promised"));
     page.figure(
         concat!(

@@ -82,12 +82,15 @@ fn group_key(page: &Page, more: &str) -> String {
 
 /// Predicted medians against the truth, over all runs.
 pub fn against_truth(page: &mut Page) {
-    let axis = |name| Axis { name, start: 0.0, end: LONGEST_FH };
-    let x = Axis { start: LONGEST_FH, end: 0.0, ..axis("true remaining life, h") };
-    let y = Axis { end: 1.5 * LONGEST_FH, ..axis("predicted median, h") };
-    let reference = [(LONGEST_FH, LONGEST_FH), (0.0, 0.0)];
-    let bins = (LIFE_BIN_FH, (LONGEST_FH / LIFE_BIN_FH) as usize);
-    let panels = panels(page, [x, y], &reference, bins, |[t_fh, failure_fh, median_fh]| (failure_fh - t_fh, median_fh));
+    let (time, longest) = (&page.terms.time, page.terms.time.of(LONGEST_FH));
+    let [true_life, median] = ["true remaining life", "predicted median"].map(|name| format!("{name}, {}", time.name));
+    let x = Axis { name: &true_life, start: longest, end: 0.0 };
+    let y = Axis { name: &median, start: 0.0, end: 1.5 * longest };
+    let reference = [(longest, longest), (0.0, 0.0)];
+    let bins = (time.of(LIFE_BIN_FH), (LONGEST_FH / LIFE_BIN_FH) as usize);
+    let panels = panels(page, [x, y], &reference, bins, |[t_fh, failure_fh, median_fh]| {
+        (time.of(failure_fh - t_fh), time.of(median_fh))
+    });
     let key = group_key(page, &key_item("truth", "truth"));
     page.figure(
         concat!(
@@ -117,11 +120,11 @@ pub fn against_time(page: &mut Page) {
 
 /// Distributions of the errors that the first table has the medians of.
 pub fn at_remaining_lives(page: &mut Page) {
-    let estimators = page.judged.replays.len() as f64;
+    let (estimators, digits) = (page.judged.replays.len() as f64, page.terms.time.decimals());
     let panel = |(_, group): (usize, String)| {
         let x = Axis { name: "true remaining life", start: -0.5, end: JUDGED_RULS_FH.len() as f64 - 0.5 };
         let y = Axis { name: "relative error of the median", start: ERROR_RANGE[0], end: ERROR_RANGE[1] };
-        let names = JUDGED_RULS_FH.iter().map(|rul_fh| format!("{rul_fh} h")).collect();
+        let names = judged_lives(page).to_vec();
         let mut chart = Chart::new(SIZE, x, y).with_categories(names);
         chart.line("truth", &[(-0.5, 0.0), (JUDGED_RULS_FH.len() as f64, 0.0)]);
         for (i, replays) in page.judged.replays.iter().enumerate() {
@@ -137,14 +140,21 @@ pub fn at_remaining_lives(page: &mut Page) {
     };
     let panels = page.split().into_iter().map(panel).collect();
     let key = page.key("");
-    page.figure(
+    let [long, middle, short] = JUDGED_RULS_FH.map(|rul_fh| page.terms.time.of(rul_fh));
+    let caption = format!(
         concat!(
-            "Distribution over runs of the relative error of the median when 3000, 1500 and 500 h were truly left: boxes ",
+            "Distribution over runs of the relative error of the median when {:.*}, {:.*} and {:.*} {} were truly left: boxes ",
             "hold half, whiskers four fifths of the runs. A whisker that leaves the frame holds errors beyond it."
         ),
-        &key,
-        panels,
+        digits, long, digits, middle, digits, short, page.terms.time.name
     );
+    page.figure(&caption, &key, panels);
+}
+
+/// The true remaining lives at which errors are judged, in words.
+fn judged_lives(page: &Page) -> [String; 3] {
+    let time = &page.terms.time;
+    JUDGED_RULS_FH.map(|rul_fh| format!("{:.*} {}", time.decimals(), time.of(rul_fh), time.name))
 }
 
 /// 10, 25, 50, 75 and 90 % of the errors; `None` without one, or where most are censored.

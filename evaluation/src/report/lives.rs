@@ -7,6 +7,7 @@ use crate::{
     Recorded,
     backtest::{CRITERION, RulSummary},
     chart::{Axis, Chart},
+    terms::Terms,
 };
 
 /// Length of the means that a history is drawn with, flight hours.
@@ -30,19 +31,20 @@ fn typical(page: &Page) -> Vec<(usize, String)> {
 
 /// The thesis's figure 7.1: faults over the life of a run.
 pub fn history(page: &mut Page) {
-    let names = &page.judged.knowledge.faults.names;
+    let names = &page.judged.faults.names;
+    let terms = &page.terms;
     let panels = typical(page).into_iter().map(|(run, group)| {
         let Recorded { run, .. } = &page.judged.recorded[run];
-        let failure_fh = run.failure_fh.unwrap_or_default().max(1.0);
+        let failure = terms.time.of(run.failure_fh.unwrap_or_default().max(1.0));
         let series: Vec<_> = (0..names.len()).map(|entry| means(page, run, entry)).collect();
         let values = || series.iter().flatten().map(|(_, value)| *value);
         let [low, high] = [values().fold(0.0, f64::min), values().fold(0.05, f64::max)].map(|end| 1.05 * end);
-        let x = Axis { name: "flight hours", start: 0.0, end: 1.02 * failure_fh };
-        let mut chart = Chart::new(SIZE, x, Axis { name: "deviation from nominal", start: low, end: high });
+        let x = Axis { name: &terms.time.axis, start: 0.0, end: 1.02 * failure };
+        let mut chart = Chart::new(SIZE, x, Axis { name: &terms.deviation.axis, start: low, end: high });
         for (entry, points) in series.iter().enumerate() {
             chart.line(&class(entry), points);
         }
-        chart.line("failure", &[(failure_fh, low), (failure_fh, high)]);
+        chart.line("failure", &[(failure, low), (failure, high)]);
         let label = format!("Faults over the life of run {}", escaped(&run.id));
         Panel { svg: chart.finish(&label), title: escaped(&group) }
     });
@@ -51,31 +53,33 @@ pub fn history(page: &mut Page) {
     let panels = panels.collect();
     let ids: Vec<_> = typical(page).iter().map(|(run, _)| escaped(&page.judged.recorded[*run].run.id)).collect();
     let caption = format!(
-        concat!(
-            "Runs to failure of middling length ({}): observed faults, means over 20 h. The vertical line is the first ",
-            "faulty verdict of the assessment, which judges all faults together, so that no fault has a threshold of its own."
-        ),
-        ids.join(", ")
+        concat!("Runs to failure of middling length ({}): observed faults, means over {:.*} {}. {}"),
+        ids.join(", "),
+        terms.time.decimals(),
+        terms.time.of(MEAN_FH),
+        terms.time.name,
+        terms.end
     );
     page.figure(&caption, &key, panels);
 }
 
 /// Means of an entry over equal stretches of a run.
 fn means(page: &Page, run: &crate::backtest::Run, entry: usize) -> Vec<(f64, f64)> {
-    let nominal = page.judged.knowledge.faults.nominal[entry];
+    let nominal = page.judged.faults.nominal[entry];
+    let Terms { time, deviation, .. } = &page.terms;
     let stretch = |o: &prognosis::Observation| (o.t_fh / MEAN_FH) as u64;
     let mean = |chunk: &[prognosis::Observation]| {
         let n = chunk.len() as f64;
         let t_fh = chunk.iter().map(|o| o.t_fh).sum::<f64>() / n;
-        (t_fh, chunk.iter().map(|o| o.fault_vector.values()[entry] - nominal).sum::<f64>() / n)
+        let value = chunk.iter().map(|o| o.fault_vector.values()[entry] - nominal).sum::<f64>() / n;
+        (time.of(t_fh), deviation.of(value))
     };
     run.observations.chunk_by(|a, b| stretch(a) == stretch(b)).map(mean).collect()
 }
 
 /// The thesis's figure 7.2: error of an observation of each fault.
 pub fn observation_error(page: &mut Page) {
-    let knowledge = page.judged.knowledge;
-    let names = &knowledge.faults.names;
+    let names = &page.judged.faults.names;
     let mut differences = vec![Vec::new(); names.len()];
     for Recorded { run, .. } in page.judged.recorded {
         for pair in run.observations.windows(2) {
@@ -103,7 +107,7 @@ pub fn observation_error(page: &mut Page) {
             [0.025, 0.25, 0.5, 0.75, 0.975].map(|level| quantile::nearest(all, level)),
         );
         for end in [-1.0, 1.0] {
-            let y = end * knowledge.sigma[entry];
+            let y = end * page.judged.sigma[entry];
             chart.line("truth", &[(place - 0.35, y), (place + 0.35, y)]);
         }
     }
@@ -139,39 +143,44 @@ pub fn predictions(page: &mut Page) {
         .concat();
         let caption = format!(
             concat!(
-                "Predicted against true remaining life over run {}, {}, which failed at {:.0} h. A triangle at the upper ",
+                "Predicted against true remaining life over run {}, {}, which failed at {:.*} {}. A triangle at the upper ",
                 "edge is a median beyond it. The &alpha;-&lambda; criterion is met where half of the draws are in the cone."
             ),
             escaped(&run.id),
             escaped(&group),
-            run.failure_fh.unwrap_or_default()
+            page.terms.time.decimals(),
+            page.terms.time.of(run.failure_fh.unwrap_or_default()),
+            page.terms.time.name
         );
         page.figure(&caption, &format!("<ul class=\"key\">{key}</ul>"), panels);
     }
 }
 
 fn life(page: &Page, run: usize, class: &str, predictions: &[RulSummary], estimator: &str) -> String {
-    let Recorded { run: recorded, .. } = &page.judged.recorded[run];
-    let failure_fh = recorded.failure_fh.unwrap_or_default().max(1.0);
-    let top = TOP * failure_fh;
-    let x = Axis { name: "flight hours", start: 0.0, end: failure_fh };
-    let mut chart = Chart::new(SIZE, x, Axis { name: "remaining life, h", start: 0.0, end: top });
-    let cone = |factor: f64| (0.0, factor * failure_fh);
-    chart.area("cone", &[cone(1.0 + CRITERION.alpha), (failure_fh, 0.0), cone(1.0 - CRITERION.alpha)]);
-    chart.line("truth", &[(0.0, failure_fh), (failure_fh, 0.0)]);
+    let (Recorded { run: recorded, .. }, time) = (&page.judged.recorded[run], &page.terms.time);
+    let failure = time.of(recorded.failure_fh.unwrap_or_default().max(1.0));
+    let (top, life) = (TOP * failure, format!("remaining life, {}", time.name));
+    let x = Axis { name: &time.axis, start: 0.0, end: failure };
+    let mut chart = Chart::new(SIZE, x, Axis { name: &life, start: 0.0, end: top });
+    let cone = |factor: f64| (0.0, factor * failure);
+    chart.area("cone", &[cone(1.0 + CRITERION.alpha), (failure, 0.0), cone(1.0 - CRITERION.alpha)]);
+    chart.line("truth", &[(0.0, failure), (failure, 0.0)]);
     // What is censored counts as beyond the upper edge.
     let points = |level: usize| {
-        predictions.iter().map(|p| (p.t_fh, p.quantiles_fh[level].unwrap_or(9.0 * top))).collect::<Vec<_>>()
+        let end = |end_fh: Option<f64>| end_fh.map_or(9.0 * top, |end_fh| time.of(end_fh));
+        predictions.iter().map(|p| (time.of(p.t_fh), end(p.quantiles_fh[level]))).collect::<Vec<_>>()
     };
     let [lowest, low, median, high, highest] = LEVELS.map(points);
     chart.band(class, &lowest, &highest);
     chart.band(class, &low, &high);
     chart.line(&format!("{class} solid"), &median);
-    for (t_fh, median_fh) in median {
-        let median_words =
-            if median_fh > 8.0 * top { "beyond the horizon".to_owned() } else { format!("{median_fh:.0} h") };
-        let title = format!("{estimator} at {t_fh} h: {median_words}");
-        if median_fh <= top { chart.dot(class, (t_fh, median_fh), &title) } else { chart.beyond(class, t_fh, &title) }
+    for (prediction, (at, median)) in predictions.iter().zip(median) {
+        let words = match median {
+            median if median > 8.0 * top => "beyond the horizon".to_owned(),
+            median => format!("{median:.*} {}", time.decimals(), time.name),
+        };
+        let title = format!("{estimator} at {} {}: {words}", time.told(prediction.t_fh), time.name);
+        if median <= top { chart.dot(class, (at, median), &title) } else { chart.beyond(class, at, &title) }
     }
     chart.finish(&format!("Remaining life predicted by {estimator} over run {}", escaped(&recorded.id)))
 }

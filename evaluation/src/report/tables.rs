@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use super::{Page, escaped};
 use crate::{
-    backtest::Interval,
+    backtest::{FIRST_JUDGED_FH, Interval, JUDGED_RULS_FH, LATE_FH},
     judgement::{GroupScores, percent},
+    terms::Unit,
 };
 
 /// Regimes of the printed table of the thesis, and its median relative errors at 3000, 1500 and 500 h.
@@ -25,15 +26,20 @@ pub fn errors(page: &mut Page) {
             row(&mut rows, first, judgement.estimator, &group, &error_cells(scores));
         }
     }
-    page.table(
+    let time = &page.terms.time;
+    let caption = format!(
         concat!(
             "Median over runs of the relative error of the predicted median, when so much life was truly left. ",
-            "A run counts where it lived at least 200 h before. At a long true remaining life a calibrated median is ",
+            "A run counts where it lived at least {:.*} {} before. At a long true remaining life a calibrated median is ",
             "too short on average, because long lives are the ones that get there."
         ),
-        "<tr><th>estimator</th><th>runs</th><th>judged</th><th>3000 h</th><th>1500 h</th><th>500 h</th></tr>",
-        &with_minus_signs(&rows),
+        time.decimals(),
+        time.of(FIRST_JUDGED_FH),
+        time.name
     );
+    let lives = JUDGED_RULS_FH.map(|rul_fh| format!("<th>{:.*} {}</th>", time.decimals(), time.of(rul_fh), time.name));
+    let head = format!("<tr><th>estimator</th><th>runs</th><th>judged</th>{}</tr>", lives.concat());
+    page.table(&caption, &head, &with_minus_signs(&rows));
 }
 
 fn error_cells(scores: &GroupScores) -> String {
@@ -54,7 +60,7 @@ pub fn scores(page: &mut Page) {
     for group in page.groups() {
         for (i, judgement) in page.metrics.estimators.iter().enumerate() {
             let Some((_, scores)) = judgement.groups().find(|(name, _)| *name == group) else { continue };
-            row(&mut rows, i == 0, judgement.estimator, &group, &score_cells(scores));
+            row(&mut rows, i == 0, judgement.estimator, &group, &score_cells(scores, &page.terms.time));
         }
     }
     let judged_by_oracle = oracle_words(page);
@@ -66,15 +72,22 @@ pub fn scores(page: &mut Page) {
             "Coverage, gap and the last column are in per cent."
         )
     );
-    page.table(
-        &caption,
+    let head = scores_head(&page.terms.time);
+    page.table(&caption, &head, &with_minus_signs(&rows));
+}
+
+fn scores_head(time: &Unit) -> String {
+    let (unit, late) = (&time.name, format!("{:.*}", time.decimals(), time.of(LATE_FH)));
+    format!(
         concat!(
-            "<tr><th>estimator</th><th>runs</th><th>CRPS<br>h</th><th>difference<br>h</th><th>80 %<br>covers</th>",
-            "<th>95 %<br>covers</th><th>80 %, last<br>1000 h</th><th>95 %, last<br>1000 h</th><th>horizon<br>&plusmn; 25 %, h</th>",
-            "<th>horizon<br>10 % of life, h</th><th>relative<br>accuracy</th><th>gap<br>closed</th><th>beyond,<br>doubted</th></tr>"
+            "<tr><th>estimator</th><th>runs</th><th>CRPS<br>{unit}</th><th>difference<br>{unit}</th><th>80 %<br>covers</th>",
+            "<th>95 %<br>covers</th><th>80 %, last<br>{late} {unit}</th><th>95 %, last<br>{late} {unit}</th>",
+            "<th>horizon<br>&plusmn; 25 %, {unit}</th><th>horizon<br>10 % of life, {unit}</th><th>relative<br>accuracy</th>",
+            "<th>gap<br>closed</th><th>beyond,<br>doubted</th></tr>"
         ),
-        &with_minus_signs(&rows),
-    );
+        unit = unit,
+        late = late
+    )
 }
 
 /// Which runs the oracle was told of, and what its gap is.
@@ -93,15 +106,19 @@ fn oracle_words(page: &Page) -> String {
     )
 }
 
-fn score_cells(scores: &GroupScores) -> String {
+fn score_cells(scores: &GroupScores, time: &Unit) -> String {
     let GroupScores { board, intervals, against_first, oracle_gap, doubts } = scores;
-    let hours = |value: Option<f64>, interval: Option<Interval>| cell(value, interval, |value| format!("{value:.0}"));
+    let hours = |value: Option<f64>, interval: Option<Interval>| {
+        cell(value, interval, |value| format!("{:.*}", time.decimals(), time.of(value)))
+    };
     let share = |value, interval| cell(value, interval, |value| format!("{:.0}", 100.0 * value));
     let difference = match against_first {
         Some(comparison) => {
-            let range = comparison.interval_fh.map_or(String::new(), |i| format!("[{:+.0}, {:+.0}], ", i.low, i.high));
+            let signed = |value| format!("{:+.*}", time.decimals(), time.of(value));
+            let range =
+                comparison.interval_fh.map_or(String::new(), |i| format!("[{}, {}], ", signed(i.low), signed(i.high)));
             let better = 100.0 * comparison.better_runs;
-            format!("<td>{:+.0}<br><small>{range}{better:.0} %</small></td>", comparison.crps_difference_fh)
+            format!("<td>{}<br><small>{range}{better:.0} %</small></td>", signed(comparison.crps_difference_fh))
         }
         None => "<td>&ndash;</td>".to_owned(),
     };

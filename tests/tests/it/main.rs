@@ -18,6 +18,7 @@ mod operations;
 mod order;
 mod outages;
 mod processes;
+mod recorded_lives;
 mod simulation;
 mod token;
 mod upkeep;

@@ -4,16 +4,20 @@ use std::io::{self, Write};
 
 use evaluation::{Judged, backtest::LEVELS};
 
-/// One row per prediction, estimator by estimator, run by run; censored values are empty.
+/// One row per prediction, estimator by estimator, run by run, to hundredths of an hour or of a like share of a life, which is finer
+/// than any draw means; censored values are empty.
 pub fn write(file: &mut dyn Write, judged: &Judged) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(file);
-    let mut header = ["estimator", "run_id", "t_fh", "mean", "censored_fraction"].map(str::to_owned).to_vec();
+    let time = &judged.terms.time;
+    let [id, at] = if judged.terms.actuators { ["run_id", "t_fh"] } else { ["unit", "t"] };
+    let mut header = ["estimator", id, at, "mean", "censored_fraction"].map(str::to_owned).to_vec();
     header.extend(LEVELS.iter().map(|level| quantile_name(*level)));
     table.write_record(&header)?;
     for replays in judged.replays {
         for (recorded, replay) in judged.recorded.iter().zip(&replays.runs) {
             for prediction in &replay.predictions {
-                let mut row = vec![replays.estimator.to_owned(), recorded.run.id.clone(), prediction.t_fh.to_string()];
+                let rounded = |fh: f64| format!("{:.*}", time.decimals() + 2, time.of(fh));
+                let mut row = vec![replays.estimator.to_owned(), recorded.run.id.clone(), time.told(prediction.t_fh)];
                 row.push(rounded(prediction.mean_fh));
                 row.push(prediction.censored_fraction.to_string());
                 row.extend(prediction.quantiles_fh.iter().map(|quantile| quantile.map_or_else(String::new, rounded)));
@@ -28,11 +32,6 @@ pub fn write(file: &mut dyn Write, judged: &Judged) -> io::Result<()> {
 fn quantile_name(level: f64) -> String {
     let per_mille = (1000.0 * level).round() as u32;
     if per_mille.is_multiple_of(10) { format!("q{:02}", per_mille / 10) } else { format!("q{per_mille:03}") }
-}
-
-/// Hundredths of an hour: finer than any draw means.
-fn rounded(hours: f64) -> String {
-    format!("{hours:.2}")
 }
 
 #[cfg(test)]
