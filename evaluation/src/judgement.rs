@@ -195,7 +195,10 @@ impl Metrics {
     /// A line per estimator and group of runs.
     pub fn summary(&self, time: &Unit) -> String {
         let score = format!("CRPS {}", time.name);
-        let (wide, lives) = (score.chars().count().max(8), JUDGED_RULS_FH.map(|rul_fh| time.told(rul_fh)).join(" / "));
+        let (wide, lives) = (
+            score.chars().count().max(8),
+            JUDGED_RULS_FH.map(|rul_fh| format!("{:.*}", time.decimals(), time.of(rul_fh))).join(" / "),
+        );
         let mut table = format!(
             "{:<11} {:<12} {:>5} {score:>wide$} {:>7} {:>7} {:>7} {:>7}   median error at {lives} {}\n",
             "estimator", "runs", "", "80 %", "95 %", "doubted", "gap", time.name

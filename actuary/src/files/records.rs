@@ -68,7 +68,7 @@ pub fn read(tables: Tables, flags: &Flags) -> Result<Lives, Failure> {
     let mut lives = |told: &[Told], untold| lives(told, &measures, untold, &mut notes);
     let (teach, judge) = (lives(&teachers, untold(Untold::Removed))?, lives(&judged, untold(Untold::GoesOn))?);
     if !teach.iter().any(|life| life.end.is_some_and(|end| end.ending == Ending::Failed)) {
-        return Err(teachers[0].0.refuse_whole(untaught(&measures, teachers.len())));
+        return Err(teachers[0].0.refuse_whole(untaught(&measures, &teach)));
     }
     if judge.is_empty() {
         return Err(judged[0]
@@ -132,11 +132,15 @@ fn lives(told: &[Told], measures: &[Measure], untold: Untold, notes: &mut Notes)
     Ok(lives)
 }
 
-fn untaught(measures: &[Measure], units: usize) -> String {
+fn untaught(measures: &[Measure], lives: &[RecordedLife]) -> String {
+    let farthest = lives.iter().flat_map(|life| life.severities.iter().flatten()).fold(0.0, |a: f64, b| a.max(*b));
     let limits: Vec<String> = measures.iter().map(|measure| format!("{} {}", measure.name, measure.limit)).collect();
     format!(
-        "none of the {units} units that teach passes a limit ({}) or is told to have failed: nothing can be learned of failure",
-        limits.join(", ")
+        "none of the {} units that teach passes a limit ({}) or is told to have failed: nothing can be learned of failure; \
+         the farthest went {:.0} % of the way",
+        lives.len(),
+        limits.join(", "),
+        100.0 * farthest
     )
 }
 
@@ -239,7 +243,7 @@ mod tests {
         assert!(notes.contains("unit c told to have failed without passing a limit"), "{notes}");
         assert!(notes.contains("unit a passing no limit until the last time: taken to be removed there"), "{notes}");
         assert!(notes.contains("unit e told to be removed after passing a limit: failed at the passage"), "{notes}");
-        let lives = read_tables("unit,t,x\nz,0,0\nz,1,1\n", Some(&four(6)), " --limit x=5", None).unwrap();
+        let lives = read_tables("unit,hours,x\nz,0,0\nz,1,1\n", Some(&four(6)), " --limit x=5", None).unwrap();
         assert_eq!((ends(&lives.judge), lives.teach.lives.len()), (vec![None], 4));
         assert!(lives.notes.iter().any(|note| note == "unit z going on at the last time: predicted, not judged"));
     }

@@ -40,7 +40,11 @@ impl Bench {
 
     fn output(&self, out: &str, arguments: &[&str]) -> Output {
         let out = self.path(out).display().to_string();
-        Command::new(tests::binary()).args(["backtest", "--out", &out, "--draws", "100"]).args(arguments).output().unwrap()
+        Command::new(tests::binary())
+            .args(["backtest", "--out", &out, "--draws", "100"])
+            .args(arguments)
+            .output()
+            .unwrap()
     }
 
     /// What a backtest says on standard output and standard error.
@@ -124,7 +128,8 @@ fn the_unit_of_time_scales_all_figures() {
     let cycles = run("cycles", &fixture("virkler.csv"), ["--every", "8000", "--horizon", "400000"]);
     let thousands = run("thousands", &thousands, ["--every", "8", "--time", "cycles:kcycles"]);
     assert_eq!(thousands["settings"]["unit"], "kcycles");
-    let figure = |metrics: &Value, path: &str| metrics["estimators"]["climatology"].pointer(path).unwrap().as_f64().unwrap();
+    let figure =
+        |metrics: &Value, path: &str| metrics["estimators"]["climatology"].pointer(path).unwrap().as_f64().unwrap();
     for path in ["/crps", "/crps_interval/low", "/doubts/trusted_crps"] {
         let ratio = figure(&cycles, path) / figure(&thousands, path);
         assert!((ratio / 1000.0 - 1.0).abs() < 1e-6, "{path}: {ratio}");
@@ -212,10 +217,10 @@ fn what_makes_no_sense_of_recorded_lives_is_refused_in_one_line() {
     says(&with(&["--nominal", "width=3"]), "--nominal tells of width, which has no --limit");
     says(&with(&["--time", "crack_mm"]), "cannot be two things at once");
     says(&with(&["--end", "ending"]), "virkler.csv: column ending is missing");
-    says(&with(&["--model", "m.json"]), "'--model <FILE>' cannot be used with");
-    says(&with(&["--truth", "t.csv"]), "'--truth <FILE>...' cannot be used with");
-    says(&with(&["--labels", "l.csv"]), "'--labels <FILE>...' cannot be used with");
-    says(&with(&["--growth", "g.csv"]), "'--growth <FILE>...' cannot be used with");
+    says(&with(&["--model", "m.json"]), "cannot be used with '--model <FILE>'");
+    says(&with(&["--truth", "t.csv"]), "cannot be used with '--truth <FILE>...'");
+    says(&with(&["--labels", "l.csv"]), "cannot be used with '--labels <FILE>...'");
+    says(&with(&["--growth", "g.csv"]), "cannot be used with '--growth <FILE>...'");
     says(&["--model", "m.json", "--sigma", "crack_mm=1"], "--limit");
     says(&with(&["--split", "0"]), "--split");
     says(&with(&["--split", "68"]), "virkler.csv: has 68 units: 68 teach and none is left to judge");
