@@ -59,6 +59,12 @@ pub fn fit_failure_time_error(
     seed: u64,
 ) -> Option<FailureTimeError> {
     let late = late_forecasts(lives, model, prior, boundary, seed);
+    error_over(late.iter())
+}
+
+/// The error over lives given by their late forecasts; `None` for fewer than ten.
+pub(crate) fn error_over<'a>(late: impl Iterator<Item = &'a Vec<Residuals>>) -> Option<FailureTimeError> {
+    let late: Vec<Vec<Residuals>> = late.filter(|forecasts| !forecasts.is_empty()).cloned().collect();
     (late.len() >= MIN_LIVES).then(|| most_likely(&late, None))
 }
 
@@ -71,14 +77,16 @@ pub(crate) fn update_failure_time_error(
     boundary: &dyn Boundary,
     seed: u64,
 ) -> FailureTimeError {
-    most_likely(&late_forecasts(lives, model, prior, boundary, seed), Some(parent))
+    let mut late = late_forecasts(lives, model, prior, boundary, seed);
+    late.retain(|forecasts| !forecasts.is_empty());
+    most_likely(&late, Some(parent))
 }
 
 /// One late forecast against the truth: for each draw, true failure minus crossing, flight hours.
-type Residuals = Vec<f64>;
+pub(crate) type Residuals = Vec<f64>;
 
-/// The late forecasts of each life with a closed block.
-fn late_forecasts(
+/// The late forecasts of each life; of one without a closed block, none.
+pub(crate) fn late_forecasts(
     lives: &[FinishedLife],
     model: &FaultModel,
     prior: &FleetPrior,
@@ -89,8 +97,7 @@ fn late_forecasts(
         let stream = Stream::new(seed, &["failure_time", &index.to_string()]);
         late_residuals(life, Filter::new(model, prior), &prior.clock, boundary, &stream)
     };
-    let late: Vec<Vec<Residuals>> = lives.par_iter().enumerate().map(of_life).collect();
-    late.into_iter().filter(|forecasts| !forecasts.is_empty()).collect()
+    lives.par_iter().enumerate().map(of_life).collect()
 }
 
 /// The forecasts of a life from the first one on whose mean is below [`LATE_FH`], or its last one.

@@ -113,9 +113,18 @@ pub fn fit_growth_changes(
     fit_prior_from(constant.clone().with_growth_changes(), histories, model, &settings)
 }
 
+/// Expected sufficient statistics of each of these lives under a prior; of a life without a closed block, of nothing.
+pub(crate) fn statistics(histories: &[Vec<Observation>], model: &FaultModel, prior: &FleetPrior) -> Vec<Summary> {
+    let of_life = |history: &Vec<Observation>| {
+        let life = blocks(history, &prior.clock);
+        if life.is_empty() { Summary::default() } else { Summary::of(&life, model, prior) }
+    };
+    histories.par_iter().map(of_life).collect()
+}
+
 /// Expected sufficient statistics of lives.
 #[derive(Debug, Clone, Default)]
-struct Summary {
+pub(crate) struct Summary {
     lives: f64,
     /// Expected number of lives whose growth changes.
     changing: f64,
@@ -152,6 +161,13 @@ fn expect(lives: &[Vec<Block>], model: &FaultModel, prior: &FleetPrior) -> Summa
 }
 
 impl Summary {
+    /// What a prior becomes by these lives alone.
+    pub fn prior<'a>(prior: &FleetPrior, lives: impl Iterator<Item = &'a Self>) -> FleetPrior {
+        let mut total = Self::default();
+        lives.for_each(|life| total.add(life));
+        if total.lives == 0.0 { prior.clone() } else { total.maximise(prior, &Self::default()) }
+    }
+
     fn of(life: &[Block], model: &FaultModel, prior: &FleetPrior) -> Self {
         let mut filter = Filter::new(model, prior);
         for block in life {

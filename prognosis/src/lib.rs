@@ -87,7 +87,7 @@ pub use filter::Filter;
 pub use fit::{FitSettings, NoHistory, fit_growth_changes, fit_prior, fit_prior_from};
 pub use forecast::{Draws, Forecast, ForecastSettings, Precision, forecast};
 pub use growth_changes::GrowthChanges;
-pub use growth_laws::{GrowthLaw, GrowthLaws};
+pub use growth_laws::{GrowthLaw, GrowthLaws, LawsWithout};
 pub use hierarchy::learn_from_finished;
 pub use kalman::robust_log_likelihood;
 pub use limits::ConsistencyLimits;

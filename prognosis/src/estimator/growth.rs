@@ -7,14 +7,14 @@
 //! - Source: Bayesian model averaging (Hoeting et al. 1999).
 
 use domain::FaultModel;
-use numerics::Stream;
+use numerics::{Stream, log_sum_exp::normalised};
 
 use super::{Estimator, Follower, PredictionSettings, RulEstimate};
 use crate::{
     block::{Observation, OpenBlock},
     filter::Filter,
     forecast::{Draws, ForecastSettings, forecast},
-    growth_laws::{GrowthLaw, GrowthLaws, limits, weights},
+    growth_laws::{GrowthLaw, GrowthLaws, limits},
     particle::log_evidence,
 };
 
@@ -71,7 +71,7 @@ impl Follower for Life<'_> {
 
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
         let log_weight = |of: &Tracked| libm::log(of.law.share) + log_evidence(&of.filter.particles) + of.log_stretch;
-        let weights = weights(&self.tracked.iter().map(log_weight).collect::<Vec<_>>());
+        let weights = normalised(&self.tracked.iter().map(log_weight).collect::<Vec<_>>());
         let boundary = limits(self.model);
         let mut ends_fh = Vec::with_capacity(settings.draws);
         let (mut propagation, mut doubted) = (None, false);
