@@ -137,7 +137,7 @@ impl Learned {
             &Rbg { model, prior: &self.changing, boundary },
             &Rbg { model, prior: &self.constant, boundary },
             &Ridge { model, prior: &self.constant, boundary },
-            &Climatology { lives_fh: self.lives_fh.clone() },
+            &Climatology::of_failures(&self.lives_fh).expect("lives"),
         ];
         let id = life.failure_fh.to_string();
         let run = Run { id, observations: life.observations.clone(), failure_fh: Some(life.failure_fh) };

@@ -19,7 +19,7 @@
 //!     temperature: None,
 //! };
 //! let run = Run { id: "one".to_owned(), observations: (0..30).map(seen).collect(), failure_fh: Some(3000.0) };
-//! let fleet = Climatology { lives_fh: vec![2500.0, 2900.0, 3100.0, 3500.0] };
+//! let fleet = Climatology::of_failures(&[2500.0, 2900.0, 3100.0, 3500.0]).expect("failures");
 //! let prediction = PredictionSettings { draws: 100, horizon_fh: 8000.0 };
 //! let replayed = replay(&run, &fleet, &ReplaySettings { every_fh: 200.0, prediction, seed: 1 });
 //! let score = replayed.score.expect("the failure is known");

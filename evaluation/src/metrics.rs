@@ -4,17 +4,13 @@
 //! which counts as the horizon where a number is needed and as outside any band.
 //! Source: Saxena et al. 2010 for the prognostic metrics, Gneiting and Raftery 2007 for scores.
 
-use numerics::quantile;
+use numerics::{energy, quantile};
 
 /// Continuous ranked probability score, flight hours: mean |x - y| - mean |x - x'| / 2 over all
 /// pairs of draws, with draws and truth cut at the horizon.
 pub fn crps_fh(draws: &[Option<f64>], truth_fh: f64, horizon_fh: f64) -> f64 {
     let sorted = cut(draws, horizon_fh);
-    let truth_fh = truth_fh.min(horizon_fh);
-    let n = sorted.len() as f64;
-    let distance: f64 = sorted.iter().map(|x| (x - truth_fh).abs()).sum();
-    let spread: f64 = sorted.iter().enumerate().map(|(i, x)| (2.0 * i as f64 + 1.0 - n) * x).sum();
-    distance / n - spread / (n * n)
+    energy::crps(&sorted, truth_fh.min(horizon_fh))
 }
 
 /// The draws in ascending order, censored ones at the horizon.

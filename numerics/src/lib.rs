@@ -21,6 +21,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod chi_square;
+pub mod energy;
 pub mod fixed_cholesky;
 pub mod least_squares;
 pub mod log_sum_exp;

@@ -251,7 +251,7 @@ fn contestant(name: EstimatorName, knowledge: &Knowledge) -> Contestant<'_> {
         }
         EstimatorName::RbgConstant => Box::new(Rbg { model, prior, boundary }),
         EstimatorName::Thesis => Box::new(Thesis { model, boundary }),
-        EstimatorName::Climatology => Box::new(Climatology { lives_fh: lives_fh.clone() }),
+        EstimatorName::Climatology => Box::new(Climatology::of_failures(lives_fh).expect("the lives of --prior")),
         EstimatorName::Linear => Box::new(Linear { model, prior, boundary }),
         EstimatorName::Ridge => Box::new(Ridge { model, prior, boundary }),
         EstimatorName::Oracle => return Contestant::Oracle(knowledge),

@@ -7,7 +7,7 @@ use evaluation::{
     backtest::{ReplaySettings, Run, replay},
 };
 use numerics::Stream;
-use prognosis::{Boundary, Climatology, Estimator, FleetPrior, Observation, PredictionSettings};
+use prognosis::{Boundary, Climatology, Ending, Estimator, FleetPrior, NoFailure, Observation, PredictionSettings};
 
 const PREDICTION: PredictionSettings = PredictionSettings { draws: 200, horizon_fh: 8000.0 };
 const SETTINGS: ReplaySettings = ReplaySettings { every_fh: 200.0, prediction: PREDICTION, seed: 1 };
@@ -24,7 +24,7 @@ impl Boundary for Sum {
 
 fn with_all(judge: impl Fn(&dyn Estimator)) {
     let (model, prior) = (FaultModel::electrical(), FleetPrior::vague());
-    judge(&Climatology { lives_fh: vec![900.0, 1500.0, 2500.0, 3100.0] });
+    judge(&Climatology::of_failures(&[900.0, 1500.0, 2500.0, 3100.0]).expect("failures"));
     judge(&Linear { model: &model, prior: &prior, boundary: &Sum });
     judge(&Ridge { model: &model, prior: &prior, boundary: &Sum });
 }
@@ -54,11 +54,44 @@ fn quiet(rate_per_h: f64, bias_per_h: f64, until_fh: f64) -> Vec<Observation> {
     (0..=(until_fh / 2.0) as usize).map(|i| observation(2.0 * i as f64)).collect()
 }
 
+/// Share of the draws that end within `hours`.
+fn within(ends_fh: &[Option<f64>], hours: f64) -> f64 {
+    ends_fh.iter().flatten().filter(|end_fh| **end_fh <= hours).count() as f64 / ends_fh.len() as f64
+}
+
 #[test]
 fn climatology_is_what_older_lives_had_left() {
-    let climatology = Climatology { lives_fh: vec![900.0, 2500.0, 1000.0, 9500.0] };
-    assert_eq!(predicted(&climatology, &[], 1000.0), [Some(1500.0), None]);
-    assert_eq!(predicted(&climatology, &[], 9500.0), vec![None; PREDICTION.draws], "older than all");
+    let lives_fh: Vec<f64> = (1..=99).map(|i| 50.0 * f64::from(i)).collect();
+    let climatology = Climatology::of_failures(&lives_fh).expect("failures");
+    let ends_fh = predicted(&climatology, &[], 2500.0);
+    assert_eq!(ends_fh.len(), PREDICTION.draws);
+    // 49 lives were older, of which half had up to 1200 h left; a fiftieth of the draws are guessed.
+    assert!((within(&ends_fh, 1225.0) - 0.5).abs() < 0.02);
+    assert!(within(&ends_fh, 2450.0) > 0.98);
+    let shuffled: Vec<f64> = lives_fh.iter().rev().copied().collect();
+    assert_eq!(Climatology::of_failures(&shuffled), Ok(climatology));
+}
+
+#[test]
+fn climatology_tells_of_ages_beyond_the_oldest_life() {
+    let climatology = Climatology::of_failures(&[900.0, 2500.0, 1000.0, 3100.0]).expect("failures");
+    let [at, later] = [3100.0, 6200.0].map(|now_fh| median(&predicted(&climatology, &[], now_fh)));
+    assert!((50.0..1500.0).contains(&at), "{at}");
+    assert!(later < at, "lives wear out: {later} after {at}");
+    // One older life is not all that can be.
+    let almost = predicted(&climatology, &[], 3000.0);
+    assert!((0.2..0.8).contains(&within(&almost, 101.0)), "{}", within(&almost, 101.0));
+}
+
+#[test]
+fn removed_lives_lengthen_climatology() {
+    let of = |removed: Ending| {
+        let lives = (0..60).map(|i| (1000.0 + 40.0 * f64::from(i), if i % 2 == 0 { removed } else { Ending::Failed }));
+        median(&predicted(&Climatology::learn(lives).expect("failures"), &[], 500.0))
+    };
+    let [as_failures, as_removed] = [Ending::Failed, Ending::Removed].map(of);
+    assert!(as_removed > as_failures + 100.0, "{as_removed} {as_failures}");
+    assert_eq!(Climatology::learn([(900.0, Ending::Removed)]), Err(NoFailure { lives: 1 }));
 }
 
 #[test]

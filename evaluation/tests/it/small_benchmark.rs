@@ -52,7 +52,8 @@ fn on_recorded_lives_forecasts_beat_climatology_and_their_intervals_hold() {
     let (model, surrogate) = (FaultModel::electrical(), surrogate());
     let prior = learned(&earlier, &surrogate);
     let ours = judged(&lives, &Rbg { model: &model, prior: &prior, boundary: &surrogate });
-    let climatology = Climatology { lives_fh: earlier.iter().map(|life| life.failure_fh).collect() };
+    let lives_fh: Vec<f64> = earlier.iter().map(|life| life.failure_fh).collect();
+    let climatology = Climatology::of_failures(&lives_fh).expect("failures");
     let theirs = judged(&lives, &climatology);
     let (ours, theirs): (Vec<&RunScore>, Vec<&RunScore>) = (ours.iter().collect(), theirs.iter().collect());
 

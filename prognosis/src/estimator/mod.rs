@@ -7,6 +7,7 @@
 mod climatology;
 mod growth;
 mod rbg;
+mod similarity;
 
 use domain::Propagation;
 use numerics::Stream;
@@ -16,6 +17,7 @@ use crate::block::Observation;
 pub use climatology::Climatology;
 pub use growth::Growth;
 pub use rbg::Rbg;
+pub use similarity::{LevelLives, Similarity};
 
 /// A way to predict remaining useful life.
 pub trait Estimator: Sync {

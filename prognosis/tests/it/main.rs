@@ -9,6 +9,7 @@ mod hierarchy;
 #[allow(dead_code, reason = "the tests of `evaluation` read more of a life")]
 mod histories;
 mod labelled;
+mod mixture;
 mod noise;
 mod simulated;
 mod surrogate;

@@ -89,7 +89,7 @@ fn chosen(asked: &[EstimatorName]) -> Result<Vec<EstimatorName>, Failure> {
 
 fn contestant(name: EstimatorName, lesson: &Lesson) -> Contestant<'_> {
     Contestant::Estimator(match name {
-        EstimatorName::Climatology => Box::new(Climatology { lives_fh: lesson.lives_fh.clone() }),
+        EstimatorName::Climatology => Box::new(Climatology::of_failures(&lesson.lives_fh).expect("a failure teaches")),
         _ => unreachable!("refused before"),
     })
 }

@@ -1,0 +1,91 @@
+//! Several estimators as one: the linear pool of their forecasts, recalibrated.
+//!
+//! - What: each member gives a share of the draws; what is said of the remaining life comes from all of them together.
+//! - Update rule: none but those of the members. Draws are allotted by largest remainder; the n-th member draws from the
+//!   n-th substream, whatever the others do.
+//! - Requirements: weights that sum to one. What drives the end is told by the first member that knows of a damage propagation.
+//! - Source: Hall and Mitchell 2007 for pools; weights and recalibration: [`stack`](crate::stack).
+
+use numerics::Stream;
+
+use crate::{
+    block::Observation,
+    estimator::{Estimator, Follower, PredictionSettings, RulEstimate},
+    recalibration::Recalibration,
+};
+
+/// A pool of estimators as an [`Estimator`].
+pub struct Mixture<'a> {
+    /// Its members, each with its weight.
+    pub members: Vec<(f64, Box<dyn Estimator + 'a>)>,
+    /// What makes the pool's probabilities hold.
+    pub recalibration: Option<Recalibration>,
+}
+
+impl Estimator for Mixture<'_> {
+    fn name(&self) -> &'static str {
+        "mixture"
+    }
+
+    fn follow(&self) -> Box<dyn Follower + '_> {
+        let followers = self.members.iter().map(|(weight, member)| (*weight, member.follow())).collect();
+        Box::new(Life { followers, recalibration: self.recalibration.as_ref() })
+    }
+}
+
+struct Life<'a> {
+    followers: Vec<(f64, Box<dyn Follower + 'a>)>,
+    recalibration: Option<&'a Recalibration>,
+}
+
+impl Follower for Life<'_> {
+    fn observe(&mut self, observation: &Observation) {
+        self.followers.iter_mut().for_each(|(_, follower)| follower.observe(observation));
+    }
+
+    fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
+        let weights: Vec<f64> = self.followers.iter().map(|(weight, _)| *weight).collect();
+        let mut pooled = RulEstimate { ends_fh: Vec::with_capacity(settings.draws), propagation: None, doubted: false };
+        let allotted = allot(&weights, settings.draws);
+        for (index, ((_, follower), draws)) in self.followers.iter().zip(allotted).enumerate() {
+            if draws == 0 {
+                continue;
+            }
+            let settings = PredictionSettings { draws, ..*settings };
+            let said = follower.predict(now_fh, &settings, &stream.substream(index as u64));
+            pooled.ends_fh.extend(said.ends_fh);
+            pooled.propagation = pooled.propagation.or(said.propagation);
+            pooled.doubted |= said.doubted;
+        }
+        if let Some(recalibration) = self.recalibration {
+            pooled.ends_fh = recalibration.apply(pooled.ends_fh, settings.horizon_fh);
+        }
+        pooled
+    }
+}
+
+/// The draws of each member, by largest remainder; of equal ones the first.
+
+fn allot(weights: &[f64], draws: usize) -> Vec<usize> {
+    let exact: Vec<f64> = weights.iter().map(|weight| weight * draws as f64).collect();
+    let mut allotted: Vec<usize> = exact.iter().map(|share| *share as usize).collect();
+    let mut order: Vec<usize> = (0..weights.len()).collect();
+    let remainder = |index: usize| exact[index] - libm::floor(exact[index]);
+    order.sort_by(|a, b| remainder(*b).total_cmp(&remainder(*a)).then(a.cmp(b)));
+    let missing = draws.saturating_sub(allotted.iter().sum());
+    order.iter().cycle().take(missing).for_each(|index| allotted[*index] += 1);
+    allotted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_draw_is_allotted() {
+        assert_eq!(allot(&[0.4, 0.4, 0.2], 7), [3, 3, 1]);
+        assert_eq!(allot(&[1.0 / 3.0; 3], 100), [34, 33, 33]);
+        assert_eq!(allot(&[0.0, 1.0], 3), [0, 3]);
+        assert_eq!(allot(&[0.999, 0.001], 10), [10, 0]);
+    }
+}

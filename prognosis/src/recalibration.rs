@@ -1,0 +1,199 @@
+//! What makes the probabilities of forecasts hold, learned on past lives.
+//!
+//! - What: a monotone map of the level at which a forecast puts something to the share of cases in which it was so.
+//!   Levels and shares are kept as probits, and the map is linear between its knots.
+//! - Update rule: from the levels at which forecasts of past lives put their ends, every life weighing one. Under ten lives
+//!   nothing is learned; from ten on a shift and a scale, drawn to none by n / (n + 20), which never narrows a forecast; from
+//!   forty on the distribution of the levels itself, with twenty lives' worth of levels that need no map.
+//! - Requirements: levels of forecasts that the life had no part in. A removed life ends anywhere above its level.
+//! - Source: Kuleshov, Fenner and Ermon 2018; isotonic regression on a single sample is its distribution function.
+
+use numerics::normal;
+use serde::{Deserialize, Serialize};
+
+/// Fewest lives that teach a shift and a scale, and that teach a curve.
+const FEWEST: usize = 10;
+const FEWEST_OF_CURVE: usize = 40;
+/// Lives that say that forecasts hold.
+const TRUSTING_LIVES: f64 = 20.0;
+/// Knots of the curve: 11, from -2.5 standard deviations to 2.5.
+const KNOTS: usize = 11;
+const OUTERMOST: f64 = 2.5;
+/// A level is at least this far from zero and one.
+const LEAST_LEVEL: f64 = 0.0025;
+
+/// The level at which a forecast put what came true, and how much it counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Level {
+    pub level: f64,
+    pub weight: f64,
+}
+
+/// A map of levels of a forecast to levels that hold.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Recalibration {
+    /// Knots in ascending order: probit of a level of the forecast, and probit of the level that holds.
+    knots: Vec<(f64, f64)>,
+}
+
+impl Recalibration {
+    /// What the levels of the forecasts of some lives teach, so many of which failed; `None` of too few failures.
+    pub(crate) fn learn(lives: &[Vec<Level>], failed: usize) -> Option<Self> {
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for levels in lives {
+            let total: f64 = levels.iter().map(|level| level.weight).sum();
+            points.extend(levels.iter().map(|level| (probit(level.level), level.weight / total / lives.len() as f64)));
+        }
+        let share = failed as f64 / (failed as f64 + TRUSTING_LIVES);
+        match failed {
+            ..FEWEST => None,
+            FEWEST..FEWEST_OF_CURVE => Some(Self { knots: shift_and_scale(&points, share) }),
+            _ => Some(Self { knots: curve(&points, share) }),
+        }
+    }
+
+    /// The level that holds for a level of the forecast.
+    pub fn level(&self, forecast: f64) -> f64 {
+        normal::cumulative(interpolated(&self.knots, probit(forecast)))
+    }
+
+    /// As many draws, in ascending order, whose levels hold; `None` is beyond the horizon, and stays unknown.
+    pub fn apply(&self, mut ends_fh: Vec<Option<f64>>, horizon_fh: f64) -> Vec<Option<f64>> {
+        ends_fh.sort_by(|a, b| a.unwrap_or(f64::INFINITY).total_cmp(&b.unwrap_or(f64::INFINITY)));
+        let inverse: Vec<(f64, f64)> = self.knots.iter().map(|knot| (knot.1, knot.0)).collect();
+        let sample = Sample { ends_fh: &ends_fh };
+        let end_fh = |index: usize| {
+            let raw = interpolated(&inverse, sample.probit(index));
+            sample.at(raw).filter(|end_fh| *end_fh < horizon_fh)
+        };
+        (0..ends_fh.len()).map(end_fh).collect()
+    }
+}
+
+/// Probit of a level that is neither zero nor one.
+fn probit(level: f64) -> f64 {
+    normal::quantile(level.clamp(LEAST_LEVEL, 1.0 - LEAST_LEVEL))
+}
+
+/// Two knots of a straight line.
+fn shift_and_scale(points: &[(f64, f64)], share: f64) -> Vec<(f64, f64)> {
+    let mean: f64 = points.iter().map(|(probit, weight)| probit * weight).sum();
+    let variance: f64 = points.iter().map(|(probit, weight)| weight * (probit - mean) * (probit - mean)).sum();
+    let (shift, scale) = (share * mean, (1.0 + share * (libm::sqrt(variance) - 1.0)).max(1.0));
+    [-1.0, 1.0].map(|holds| (shift + scale * holds, holds)).to_vec()
+}
+
+/// The distribution function of the levels.
+fn curve(points: &[(f64, f64)], share: f64) -> Vec<(f64, f64)> {
+    let knot = |index: usize| {
+        let raw = OUTERMOST * (2.0 * index as f64 / (KNOTS - 1) as f64 - 1.0);
+        let at_most: f64 = points.iter().filter(|(probit, _)| *probit <= raw).map(|(_, weight)| weight).sum();
+        let holds = share * at_most + (1.0 - share) * normal::cumulative(raw);
+        (raw, normal::quantile(holds))
+    };
+    (0..KNOTS).map(knot).collect()
+}
+
+/// Between knots in ascending order, and beyond them at the mean slope of all.
+fn interpolated(knots: &[(f64, f64)], x: f64) -> f64 {
+    let (first, last) = (knots[0], knots[knots.len() - 1]);
+    let slope = (last.1 - first.1) / (last.0 - first.0);
+    if x <= first.0 {
+        return first.1 + slope * (x - first.0);
+    }
+    if x >= last.0 {
+        return last.1 + slope * (x - last.0);
+    }
+    let above = knots.partition_point(|knot| knot.0 <= x);
+    let (low, high) = (knots[above - 1], knots[above]);
+    low.1 + (x - low.0) * (high.1 - low.1) / (high.0 - low.0)
+}
+
+/// Draws in ascending order.
+struct Sample<'a> {
+    ends_fh: &'a [Option<f64>],
+}
+
+impl Sample<'_> {
+    fn probit(&self, index: usize) -> f64 {
+        normal::quantile((index as f64 + 0.5) / self.ends_fh.len() as f64)
+    }
+
+    /// The quantile at a probit; beyond the outermost draws their logarithms go on straight.
+    fn at(&self, probit: f64) -> Option<f64> {
+        let last = self.ends_fh.len() - 1;
+        let place = normal::cumulative(probit) * self.ends_fh.len() as f64 - 0.5;
+        if place < 0.0 {
+            return self.beyond(0, last / 20, probit);
+        }
+        if place > last as f64 {
+            return self.beyond(last, last - last / 20, probit);
+        }
+        let below = place as usize;
+        let low_fh = self.ends_fh[below]?;
+        if place == below as f64 {
+            return Some(low_fh);
+        }
+        Some(low_fh + (place - below as f64) * (self.ends_fh[below + 1]? - low_fh))
+    }
+
+    fn beyond(&self, outermost: usize, inner: usize, probit: f64) -> Option<f64> {
+        let (end_fh, inner_fh) = (self.ends_fh[outermost]?, self.ends_fh[inner]?);
+        if outermost == inner || end_fh <= 0.0 || inner_fh <= 0.0 {
+            return Some(end_fh);
+        }
+        let [from, to] = [inner, outermost].map(|index| self.probit(index));
+        let slope = libm::log(end_fh / inner_fh) / (to - from);
+        Some(end_fh * libm::exp(slope * (probit - to)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use numerics::Stream;
+
+    use super::*;
+
+    /// Of `lives` lives whose ends are spread `times` as much as forecasts say.
+    fn learn(lives: usize, times: f64, shift: f64) -> Option<Recalibration> {
+        let mut random = Stream::new(5, &["recalibration"]);
+        let mut level = || Level { level: normal::cumulative(shift + times * random.normal()), weight: 1.0 };
+        let levels: Vec<Vec<Level>> = (0..lives).map(|_| (0..5).map(|_| level()).collect()).collect();
+        Recalibration::learn(&levels, lives)
+    }
+
+    fn sample(count: usize) -> Vec<Option<f64>> {
+        (0..count).map(|i| Some(libm::exp(6.0 + 0.3 * normal::quantile((i as f64 + 0.5) / count as f64)))).collect()
+    }
+
+    #[test]
+    fn few_lives_teach_nothing_and_a_narrow_forecast_is_widened() {
+        assert_eq!(learn(9, 2.0, 0.0), None);
+        for lives in [39, 400] {
+            let recalibration = learn(lives, 2.0, 0.0).expect("enough lives");
+            let (before, after) = (sample(1000), recalibration.apply(sample(1000), f64::INFINITY));
+            let spread = |ends_fh: &[Option<f64>]| libm::log(ends_fh[900].unwrap() / ends_fh[100].unwrap());
+            assert!(spread(&after) > 1.5 * spread(&before), "{lives}");
+            assert!(after.is_sorted() && after.len() == 1000 && after[0] < before[0]);
+        }
+    }
+
+    #[test]
+    fn a_wide_forecast_is_narrowed_by_many_lives_only() {
+        let of = |lives| learn(lives, 0.5, 0.0).expect("enough lives").apply(sample(100), 1e9);
+        assert!(of(30)[90] >= sample(100)[90]);
+        assert!(of(300)[90] < sample(100)[90]);
+    }
+
+    #[test]
+    fn what_is_beyond_the_horizon_stays_unknown() {
+        let recalibration = learn(30, 1.0, 1.0).expect("enough lives");
+        let mut ends_fh = sample(100);
+        ends_fh[60..].fill(None);
+        ends_fh.reverse();
+        let after = recalibration.apply(ends_fh, 1e9);
+        let known = after.iter().flatten().count();
+        assert!((30..60).contains(&known), "ends come later than forecast: {known}");
+        assert!(after[..known].iter().all(Option::is_some) && after[..known].is_sorted());
+    }
+}
