@@ -20,6 +20,7 @@
 
 mod bundle;
 mod chain;
+mod checkpoint;
 mod chronology;
 mod course;
 mod dataset;
@@ -39,6 +40,7 @@ mod walk;
 
 pub use bundle::{Bundle, BundleError, Model, Provenance};
 pub use chain::{ChainSettings, Lf1Form, MaskRule};
+pub use checkpoint::Checkpoint;
 pub use chronology::recorded_in_the_past;
 pub use course::Course;
 pub use dataset::{Dataset, DatasetError, Labels};
@@ -48,8 +50,9 @@ pub use learning::{OtherFaults, PastLife};
 pub use life_context::LifeContext;
 pub use loads::{LoadModel, LoadReferences};
 pub use metrics::{DiagnosisMetrics, Metrics, SurrogateMetrics, Validation};
-pub use outlook::{Checkpoint, Outlook, OutlookError};
+pub use outlook::Outlook;
 pub use prior::Prior;
 pub use reduction::{ImportanceSampling, Prior as GappyPrior};
 pub use rehearsal::RehearsalError;
 pub use training::{Progress, TrainError, TrainSettings, train};
+pub use walk::OutlookError;

@@ -6,8 +6,8 @@
 //! spares the way up to it and changes no result.
 
 use domain::{
-    ContentHash, Doubt, DoubtKind, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, NUMERICS_VERSION,
-    Prognosis, RulDistribution, SetAside, State,
+    Doubt, DoubtKind, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, NUMERICS_VERSION, Prognosis,
+    RulDistribution, SetAside, State,
     explanation::Driver,
     prognosis::{Forecast, Gap, InsufficientHistory},
 };
@@ -18,33 +18,15 @@ use prognosis::{
 };
 
 use crate::{
-    Course, LifeContext, Model, Prior,
+    Course, LifeContext, Model,
+    checkpoint::Checkpoint,
     course::{Contested, Unusable},
     draws::SEED,
-    walk::{Walk, check_finite},
+    walk::{OutlookError, Walk, check_finite},
 };
 
 /// Largest share of the draws whose end may lie where the surrogate has learned nothing.
 const OUTSIDE_TRAINING: f64 = 0.1;
-
-/// The filter of a life after one of its blocks.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Checkpoint {
-    /// The block.
-    pub block: u64,
-    /// Digest of all that the filter has seen.
-    pub digest: ContentHash,
-    /// The filter.
-    pub filter: Filter,
-}
-
-impl Checkpoint {
-    /// Reads what [`Filter::to_bytes`] wrote; `None` if it was not of a life under this bundle and prior.
-    pub fn restore(model: &Model, prior: &Prior, block: u64, digest: ContentHash, bytes: &[u8]) -> Option<Self> {
-        let filter = Filter::from_bytes(&model.bundle.faults, &prior.body, bytes).ok()?;
-        Some(Self { block, digest, filter })
-    }
-}
 
 /// States to replace, and the prognosis for the newest data.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,21 +44,6 @@ pub struct Outlook {
     pub checkpoints: Vec<Checkpoint>,
     /// The filter after the last closed block, from which the life goes on.
     pub latest: Option<Checkpoint>,
-}
-
-/// Why a life has no outlook.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum OutlookError {
-    /// An intermediate was not finite.
-    #[error("the {what} of block {block} is {value}")]
-    NotFinite {
-        /// The figure.
-        what: &'static str,
-        /// The block.
-        block: u64,
-        /// Its value.
-        value: f64,
-    },
 }
 
 impl Model {

@@ -11,10 +11,25 @@ use domain::{Doubt, FaultTrend, RulDistribution, State};
 use prognosis::{Moments, filter::Filter, posterior::Posterior};
 use rayon::prelude::*;
 
-use crate::{Checkpoint, Course, LifeContext, Model, OutlookError, Prior, draws::FEW, shift::Step};
+use crate::{Course, LifeContext, Model, Prior, checkpoint::Checkpoint, draws::FEW, shift::Step};
 
 /// Every so many blocks of a life its filter is worth keeping for good; so many blocks are drawn side by side.
 const CHECKPOINT_BLOCKS: usize = 25;
+
+/// Why a life has no outlook.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum OutlookError {
+    /// An intermediate was not finite.
+    #[error("the {what} of block {block} is {value}")]
+    NotFinite {
+        /// The figure.
+        what: &'static str,
+        /// The block.
+        block: u64,
+        /// Its value.
+        value: f64,
+    },
+}
 
 /// Walks along a life, block by block.
 pub(crate) struct Walk<'a> {
