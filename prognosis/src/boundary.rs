@@ -1,5 +1,7 @@
 //! The boundary between healthy and faulty, as the Monte Carlo sees it.
 
+use crate::scale::REFERENCE_LIMIT;
+
 /// Step of the finite differences that stand in for a gradient.
 const DIFFERENCE: f64 = 1e-6;
 
@@ -29,6 +31,13 @@ pub trait Boundary: Sync {
 pub struct Limits {
     /// Nominal value and limit of each fault; they differ, and the sign of their difference is the direction.
     pub faults: Vec<(f64, f64)>,
+}
+
+impl Limits {
+    /// Limits of deviations in reference units, which are the same in every measure of damage.
+    pub fn reference(faults: usize) -> Self {
+        Self { faults: vec![(0.0, REFERENCE_LIMIT); faults] }
+    }
 }
 
 impl Boundary for Limits {

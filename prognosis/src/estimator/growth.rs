@@ -6,15 +6,18 @@
 //! - Requirements: deviations in reference units. Before the first block it predicts from what the fleet knows alone.
 //! - Source: Bayesian model averaging (Hoeting et al. 1999).
 
+use std::borrow::Cow;
+
 use domain::FaultModel;
 use numerics::{Stream, log_sum_exp::normalised};
 
 use super::{Estimator, Follower, PredictionSettings, RulEstimate};
 use crate::{
     block::{Observation, OpenBlock},
+    boundary::Limits,
     filter::Filter,
     forecast::{Draws, ForecastSettings, forecast},
-    growth_laws::{GrowthLaw, GrowthLaws, limits},
+    growth_laws::{GrowthLaw, GrowthLaws},
     particle::log_evidence,
 };
 
@@ -23,7 +26,7 @@ pub struct Growth<'a> {
     /// The faults, in reference units.
     pub model: &'a FaultModel,
     /// What is known of their growth.
-    pub laws: &'a GrowthLaws,
+    pub laws: Cow<'a, GrowthLaws>,
 }
 
 impl Estimator for Growth<'_> {
@@ -72,7 +75,7 @@ impl Follower for Life<'_> {
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
         let log_weight = |of: &Tracked| libm::log(of.law.share) + log_evidence(&of.filter.particles) + of.log_stretch;
         let weights = normalised(&self.tracked.iter().map(log_weight).collect::<Vec<_>>());
-        let boundary = limits(self.model);
+        let boundary = Limits::reference(self.model.len());
         let mut ends_fh = Vec::with_capacity(settings.draws);
         let (mut propagation, mut doubted) = (None, false);
         for (index, (Tracked { law, open, filter, .. }, draws)) in

@@ -12,9 +12,10 @@ use domain::FaultModel;
 use numerics::log_sum_exp::normalised;
 use rayon::prelude::*;
 
-use super::{GrowthLaw, GrowthLaws, limits, measured};
+use super::{GrowthLaw, GrowthLaws, measured};
 use crate::{
     block::Observation,
+    boundary::Limits,
     clock::Clock,
     coordinate::Coordinate,
     ended::{EndedLife, Ending},
@@ -100,7 +101,7 @@ impl GrowthLaws {
 
     /// What the failure times of lives that failed differ by from where their growth crosses the limit.
     fn with_failure_time_errors(mut self, lives: &[EndedLife], model: &FaultModel, seed: u64) -> Self {
-        let boundary = limits(model);
+        let boundary = Limits::reference(model.len());
         for law in &mut self.laws {
             let failed: Vec<FinishedLife> = law.finished(lives).into_iter().flatten().collect();
             law.prior.failure_time_error = fit_failure_time_error(&failed, model, &law.prior, &boundary, seed);

@@ -7,8 +7,9 @@
 
 use domain::FaultModel;
 
-use super::{GrowthLaw, GrowthLaws, limits};
+use super::{GrowthLaw, GrowthLaws};
 use crate::{
+    boundary::Limits,
     ended::EndedLife,
     failure_time::{FinishedLife, Residuals, error_over, late_forecasts},
     fit::{Summary, statistics},
@@ -52,7 +53,7 @@ impl<'a> LawsWithout<'a> {
 fn taught(lives: &[EndedLife], law: &GrowthLaw, model: &FaultModel, seed: u64) -> Vec<Taught> {
     let finished = law.finished(lives);
     let failed: Vec<FinishedLife> = finished.iter().flatten().cloned().collect();
-    let mut late = late_forecasts(&failed, model, &law.prior, &limits(model), seed).into_iter();
+    let mut late = late_forecasts(&failed, model, &law.prior, &Limits::reference(model.len()), seed).into_iter();
     let statistics = statistics(&law.measured(lives), model, &law.prior).into_iter();
     let of_life = |(life, statistics): (&Option<FinishedLife>, Summary)| Taught {
         late: life.as_ref().and_then(|_| late.next()).unwrap_or_default(),

@@ -4,7 +4,7 @@
 //!   it, and the share of the fleet that goes by it.
 //! - Update rule: a law's weight in a life is its share times the evidence of the life so far. Evidences are of the same
 //!   observations: those in another measure are divided by how much it stretches them.
-//! - Requirements: deviations in reference units with limits at [`REFERENCE_LIMIT`].
+//! - Requirements: deviations in reference units with limits at [`REFERENCE_LIMIT`](crate::REFERENCE_LIMIT).
 //! - Source: MacKay 1992 for evidence.
 
 mod learn;
@@ -16,13 +16,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     block::{Observation, blocks},
-    boundary::Limits,
     coordinate::Coordinate,
     ended::EndedLife,
     filter::Filter,
     particle::log_evidence,
     prior::FleetPrior,
-    scale::REFERENCE_LIMIT,
 };
 
 pub use left_out::LawsWithout;
@@ -66,11 +64,6 @@ impl GrowthLaw {
     pub(crate) fn log_stretch(&self, deviations: &[f64]) -> f64 {
         deviations.iter().map(|x| libm::log(self.coordinate.slope(*x))).sum()
     }
-}
-
-/// The end of life of deviations in reference units, the same in every measure.
-pub(crate) fn limits(model: &FaultModel) -> Limits {
-    Limits { faults: vec![(0.0, REFERENCE_LIMIT); model.len()] }
 }
 
 fn measured(lives: &[EndedLife], coordinate: &Coordinate) -> Vec<Vec<Observation>> {
