@@ -4,7 +4,8 @@
 //! nominal value to its limit: zero where nominal, one where life ends.
 
 use domain::FaultVector;
-use prognosis::{Ending, Observation, Scale, scale::reference_deviation};
+use numerics::quantile;
+use prognosis::{EndedLife, Ending, Observation, Scale, scale::reference_deviation};
 
 use crate::{Recorded, backtest::Run};
 
@@ -57,18 +58,10 @@ impl Records {
             if is_there { multiple * every_fh } else { scale.reference_fh(time) }
         };
         let run = |life: &RecordedLife| {
-            let seen = life.times.iter().zip(&life.severities);
-            let observation = |(time, severities): (&f64, &Vec<f64>)| Observation {
-                t_fh: reference_fh(*time),
-                fault_vector: FaultVector(severities.iter().map(|severity| reference_deviation(*severity)).collect()),
-                sigma: sigma.to_vec(),
-                load: None,
-                temperature: None,
-            };
             let failure = life.end.filter(|end| end.ending == Ending::Failed);
             let failure_fh = failure.map(|end| reference_fh(end.time));
             Recorded {
-                run: Run { id: life.unit.clone(), observations: seen.map(observation).collect(), failure_fh },
+                run: Run { id: life.unit.clone(), observations: life.observations(sigma, reference_fh), failure_fh },
                 regime: None,
                 law: None,
             }
@@ -76,8 +69,38 @@ impl Records {
         self.lives.iter().map(run).collect()
     }
 
+    /// The lives that ended, as they teach: in reference hours and deviations, with the noise of one observation of each fault.
+    pub fn ended(&self, scale: &Scale, sigma: &[f64]) -> Vec<EndedLife> {
+        let ended = |life: &RecordedLife| {
+            let RecordedEnd { time, ending } = life.end?;
+            let observations = life.observations(sigma, |time| scale.reference_fh(time));
+            Some(EndedLife { observations, end_fh: scale.reference_fh(time), ending })
+        };
+        self.lives.iter().filter_map(ended).collect()
+    }
+
+    /// The scale whose characteristic life is the median of the lives that failed; `None` where none did.
+    pub fn scale(&self) -> Option<Scale> {
+        let ends = self.lives.iter().filter_map(|life| life.end);
+        let failures = ends.filter(|end| end.ending == Ending::Failed).map(|end| end.time);
+        quantile::median(&quantile::sorted(failures.collect())).map(|characteristic_life| Scale { characteristic_life })
+    }
+
     /// Failures among the lives.
     pub fn failures(&self) -> usize {
         self.lives.iter().filter(|life| life.end.is_some_and(|end| end.ending == Ending::Failed)).count()
+    }
+}
+
+impl RecordedLife {
+    fn observations(&self, sigma: &[f64], reference_fh: impl Fn(f64) -> f64) -> Vec<Observation> {
+        let observation = |(time, severities): (&f64, &Vec<f64>)| Observation {
+            t_fh: reference_fh(*time),
+            fault_vector: FaultVector(severities.iter().map(|severity| reference_deviation(*severity)).collect()),
+            sigma: sigma.to_vec(),
+            load: None,
+            temperature: None,
+        };
+        self.times.iter().zip(&self.severities).map(observation).collect()
     }
 }

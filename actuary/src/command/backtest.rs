@@ -3,6 +3,7 @@
 mod histories;
 mod knowledge;
 mod laws;
+mod learned;
 mod oddities;
 mod predictions;
 mod recorded;
@@ -86,7 +87,8 @@ pub struct Arguments {
     /// How the growth of each life changed, for --estimator oracle.
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "limits")]
     growth: Vec<PathBuf>,
-    /// An estimator to judge, repeated for several [default: rbg and thesis with --model, climatology with --limit].
+    /// An estimator to judge, repeated for several [default: rbg and thesis with --model; mixture and each of
+    /// its members with --limit].
     #[arg(long = "estimator", value_name = "NAME", value_enum)]
     estimators: Vec<EstimatorName>,
     /// Draws of each prediction.
@@ -124,7 +126,13 @@ enum EstimatorName {
     RbgConstant,
     /// Berri 2021, section 2.4, as it stands there
     Thesis,
-    /// How long earlier lives went on from the same age; needs --prior
+    /// The default with --limit: growth, similarity and climatology, each as much as it was worth on earlier lives
+    Mixture,
+    /// Growth filters in the measures of damage that explain the earlier lives best
+    Growth,
+    /// How long earlier lives went on from the same level of damage
+    Similarity,
+    /// How long earlier lives went on from the same age; needs --prior with --model
     Climatology,
     /// The slope of the last 200 h goes on
     Linear,
@@ -230,6 +238,9 @@ fn chosen(arguments: &Arguments, prior: &FleetPrior) -> Result<Vec<EstimatorName
         Arguments { prior: None, .. } if asked(EstimatorName::Climatology) => {
             Some("--estimator climatology needs the lives of --prior")
         }
+        _ if [EstimatorName::Mixture, EstimatorName::Growth, EstimatorName::Similarity].into_iter().any(asked) => {
+            Some("--estimator mixture, growth and similarity need --limit")
+        }
         Arguments { truth, .. } if asked(EstimatorName::Oracle) && truth.is_empty() => {
             Some("--estimator oracle needs --truth with A and B of each life")
         }
@@ -255,6 +266,7 @@ fn contestant(name: EstimatorName, knowledge: &Knowledge) -> Contestant<'_> {
         EstimatorName::Linear => Box::new(Linear { model, prior, boundary }),
         EstimatorName::Ridge => Box::new(Ridge { model, prior, boundary }),
         EstimatorName::Oracle => return Contestant::Oracle(knowledge),
+        EstimatorName::Mixture | EstimatorName::Growth | EstimatorName::Similarity => unreachable!("refused before"),
     })
 }
 

@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 
 use anyhow::Result;
+use domain::FaultModel;
 use evaluation::{Contestant, Digest, Judged, Metrics, Records, Terms, backtest::ReplaySettings, replay_all};
 use indicatif::ProgressBar;
-use numerics::quantile;
-use prognosis::{Climatology, PredictionSettings, Scale, scale::reference_faults};
-use serde::Serialize;
+use prognosis::{
+    EndedLife, Lesson, Limits, NoResiduals, Observation, PredictionSettings, REFERENCE_LIMIT, Scale,
+    fit_residual_noise, scale::reference_faults,
+};
 
-use super::{Arguments, EstimatorName, SEED, refuse, write};
+use super::{Arguments, EstimatorName, SEED, learned::Learned, refuse, write};
 use crate::{
     exit::Failure,
     files::{
@@ -20,22 +22,13 @@ use crate::{
 };
 
 /// Judged where none is named.
-const DEFAULT_ESTIMATORS: &[EstimatorName] = &[EstimatorName::Climatology];
+const DEFAULT_ESTIMATORS: &[EstimatorName] =
+    &[EstimatorName::Mixture, EstimatorName::Growth, EstimatorName::Similarity, EstimatorName::Climatology];
 /// Predictions of a characteristic life, and its multiple that is the horizon, where nothing else is told.
 const PREDICTIONS: f64 = 25.0;
 const HORIZON_LIVES: f64 = 2.0;
 /// More predictions of one life are a mistake.
 const MOST_PREDICTIONS: f64 = 10_000.0;
-
-/// What the lives that teach have taught.
-#[derive(Debug, Serialize)]
-struct Lesson {
-    /// The measure of the fleet.
-    #[serde(flatten)]
-    scale: Scale,
-    #[serde(skip)]
-    lives_fh: Vec<f64>,
-}
 
 /// Reads, learns, judges and writes.
 pub fn run(arguments: &Arguments, out: &OutputFolder, bar: &ProgressBar) -> Result<()> {
@@ -44,21 +37,26 @@ pub fn run(arguments: &Arguments, out: &OutputFolder, bar: &ProgressBar) -> Resu
         prior: arguments.prior.as_deref(),
         split: arguments.split.map(std::num::NonZeroUsize::get),
     };
-    let Lives { teach, judge, measures, notes } = records::read(tables, &arguments.records)?;
+    let Lives { teach, judge, measures, mut notes } = records::read(tables, &arguments.records)?;
     let names = chosen(&arguments.estimators)?;
     bar.set_message("learning");
-    let lesson = Lesson::of(&teach);
-    let (every, settings) = settings(arguments, &lesson.scale, &judge)?;
+    let scale = teach.scale().expect("a failure teaches");
+    let (every, settings) = settings(arguments, &scale, &judge)?;
     let faults = reference_faults(judge.faults.clone());
-    let sigma: Vec<f64> = judge.sigma.iter().map(|sigma| sigma.unwrap_or(0.0)).collect();
-    let recorded = judge.runs(&lesson.scale, &sigma, every);
-    let contestants: Vec<Contestant> = names.into_iter().map(|name| contestant(name, &lesson)).collect();
+    let sigma = noise(&teach, &scale)?;
+    let lesson =
+        Lesson::learn(&teach.ended(&scale, &sigma), &faults, SEED).map_err(|error| refuse(error.to_string()))?;
+    notes.extend(lesson.oddities());
+    let recorded = judge.runs(&scale, &sigma, every);
+    let limits = Limits::reference(faults.len());
+    let contestant = |name| contestant(name, &lesson, &faults, &limits);
+    let contestants: Vec<Contestant> = names.into_iter().map(contestant).collect();
     bar.set_message("predicting");
     bar.set_length((recorded.len() * contestants.len()) as u64);
     let replays = replay_all(&recorded, &contestants, &settings, &|| bar.inc(1));
     bar.finish_and_clear();
     notes.iter().for_each(|line| note!("note: {line}"));
-    let terms = Terms::recorded(&judge.time_unit, &lesson.scale, notes);
+    let terms = Terms::recorded(&judge.time_unit, &scale, notes);
     let judged = Judged {
         recorded: &recorded,
         replays: &replays,
@@ -69,7 +67,8 @@ pub fn run(arguments: &Arguments, out: &OutputFolder, bar: &ProgressBar) -> Resu
     };
     let metrics = (judge.failures() > 0).then(|| Metrics::new(&settings, &judged));
     let measures: BTreeMap<String, _> = judge.faults.iter().cloned().zip(measures).collect();
-    let digest = metrics.as_ref().map(|metrics| Digest::new(metrics, &terms, &teach, measures, &lesson));
+    let learned = Learned::new(&lesson, &scale, &judge.faults, &sigma);
+    let digest = metrics.as_ref().map(|metrics| Digest::new(metrics, &terms, &teach, measures, learned));
     write(out, &judged, metrics.as_ref(), &digest)
 }
 
@@ -79,19 +78,44 @@ fn chosen(asked: &[EstimatorName]) -> Result<Vec<EstimatorName>, Failure> {
     let mut names = Vec::new();
     for name in asked {
         match name {
-            EstimatorName::Climatology if names.contains(name) => {}
-            EstimatorName::Climatology => names.push(*name),
+            _ if names.contains(name) => {}
+            name if DEFAULT_ESTIMATORS.contains(name) => names.push(*name),
             _ => return Err(refuse(format!("--estimator {} needs --model", super::called(*name)))),
         }
     }
     Ok(names)
 }
 
-fn contestant(name: EstimatorName, lesson: &Lesson) -> Contestant<'_> {
+fn contestant<'a>(
+    name: EstimatorName,
+    lesson: &'a Lesson,
+    faults: &'a FaultModel,
+    limits: &'a Limits,
+) -> Contestant<'a> {
     Contestant::Estimator(match name {
-        EstimatorName::Climatology => Box::new(Climatology::of_failures(&lesson.lives_fh).expect("a failure teaches")),
+        EstimatorName::Mixture => Box::new(lesson.mixture(faults, limits)),
+        EstimatorName::Growth => Box::new(lesson.growth(faults)),
+        EstimatorName::Similarity => Box::new(lesson.similarity(faults, limits)),
+        EstimatorName::Climatology => Box::new(lesson.climatology.clone()),
         _ => unreachable!("refused before"),
     })
+}
+
+/// Standard deviation of one observation of each fault, in reference deviations: as told, or as the lives that teach show.
+fn noise(teach: &Records, scale: &Scale) -> Result<Vec<f64>, Failure> {
+    let told: Vec<Option<f64>> =
+        teach.sigma.iter().map(|sigma| sigma.map(|severity| severity * REFERENCE_LIMIT)).collect();
+    if told.iter().all(Option::is_some) {
+        return Ok(told.into_iter().flatten().collect());
+    }
+    let lives = teach.ended(scale, &vec![0.0; teach.faults.len()]);
+    let histories: Vec<Vec<Observation>> =
+        lives.into_iter().map(|EndedLife { observations, .. }| observations).collect();
+    let found = fit_residual_noise(&histories, teach.faults.len()).map_err(|error| {
+        let (NoResiduals::Few { fault, .. } | NoResiduals::Constant { fault }) = error;
+        refuse(format!("column {}: {error}; tell it by --sigma {0}=VALUE", teach.faults[fault]))
+    })?;
+    Ok(told.into_iter().zip(found).map(|(told, found)| told.unwrap_or(found)).collect())
 }
 
 /// The time between predictions as it was told, and how to replay.
@@ -112,14 +136,4 @@ fn settings(arguments: &Arguments, scale: &Scale, judge: &Records) -> Result<(f6
     }
     let prediction = PredictionSettings { draws: arguments.draws as usize, horizon_fh };
     Ok((every, ReplaySettings { every_fh, prediction, seed: SEED }))
-}
-
-impl Lesson {
-    fn of(teach: &Records) -> Self {
-        let failures =
-            teach.lives.iter().filter_map(|life| life.end).filter(|end| end.ending == prognosis::Ending::Failed);
-        let ends: Vec<f64> = quantile::sorted(failures.map(|end| end.time).collect());
-        let scale = Scale { characteristic_life: quantile::median(&ends).expect("a failure teaches") };
-        Self { scale, lives_fh: ends.into_iter().map(|end| scale.reference_fh(end)).collect() }
-    }
 }
