@@ -129,10 +129,15 @@ pub struct PredictionScore {
 
 /// Feeds a run to an estimator.
 pub fn replay(run: &Run, estimator: &dyn Estimator, settings: &ReplaySettings) -> Replay {
+    replay_until(run, estimator, settings, false)
+}
+
+/// Feeds a run to an estimator, which also predicts from its `newest` observation on.
+pub(crate) fn replay_until(run: &Run, estimator: &dyn Estimator, settings: &ReplaySettings, newest: bool) -> Replay {
     let mut player = Player { run, follower: estimator.follow(), next: 0, settings };
     let judged = judged_times(run);
     let (mut regular, mut doubts, mut medians) = (Vec::new(), Vec::new(), [None; 3]);
-    for (t_fh, judged) in times(run, &judged, settings.every_fh) {
+    for (t_fh, judged) in times(run, &judged, settings.every_fh, newest) {
         let RulEstimate { ends_fh: draws, doubted, .. } = player.predict(t_fh);
         match judged {
             None => {
@@ -161,11 +166,14 @@ fn judged_times(run: &Run) -> Vec<(f64, Option<usize>)> {
     times.filter(|(t_fh, _)| *t_fh >= first_fh).collect()
 }
 
-/// Regular times and judged ones in ascending order.
-fn times(run: &Run, judged: &[(f64, Option<usize>)], every_fh: f64) -> Vec<(f64, Option<usize>)> {
+/// Regular times, judged ones and, where asked for, that of the `newest` observation, in ascending order.
+fn times(run: &Run, judged: &[(f64, Option<usize>)], every_fh: f64, newest: bool) -> Vec<(f64, Option<usize>)> {
     let (first_fh, last_fh) = (run.observations[0].t_fh, run.observations[run.observations.len() - 1].t_fh);
     let multiples = (1..=(last_fh / every_fh) as u64).map(|i| i as f64 * every_fh);
     let mut times: Vec<_> = multiples.filter(|t_fh| *t_fh >= first_fh).map(|t_fh| (t_fh, None)).collect();
+    if newest && times.last().is_none_or(|(t_fh, _)| *t_fh < last_fh) {
+        times.push((last_fh, None));
+    }
     times.extend(judged);
     times.sort_by(|a, b| a.0.total_cmp(&b.0));
     times

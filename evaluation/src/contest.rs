@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::{
     Knowledge, Oracle, Recorded, Terms,
-    backtest::{Replay, ReplaySettings, RunScore, replay},
+    backtest::{Replay, ReplaySettings, RunScore, replay, replay_until},
 };
 
 /// An estimator that is judged. Only the oracle is told the law of a run.
@@ -31,7 +31,7 @@ impl Contestant<'_> {
     /// Nothing where the oracle is not told the law.
     fn replay(&self, recorded: &Recorded, settings: &ReplaySettings) -> Replay {
         match self {
-            Self::Estimator(estimator) => replay(&recorded.run, estimator.as_ref(), settings),
+            Self::Estimator(estimator) => replay_until(&recorded.run, estimator.as_ref(), settings, recorded.goes_on),
             Self::Oracle(Knowledge { faults: model, surrogate: boundary, prior, .. }) => {
                 let of_law = |law| replay(&recorded.run, &Oracle { model, prior, boundary, law }, settings);
                 recorded.law.as_ref().map_or_else(Replay::default, of_law)

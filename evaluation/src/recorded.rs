@@ -12,6 +12,8 @@ pub struct Recorded {
     pub run: Run,
     /// What the file calls its regime.
     pub regime: Option<String>,
+    /// Whether it is known to go on, so that what follows its newest observation is asked, too.
+    pub goes_on: bool,
     /// What is true of its growth, for the oracle, where that is known.
     pub law: Option<Law>,
 }

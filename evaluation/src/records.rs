@@ -63,6 +63,7 @@ impl Records {
             Recorded {
                 run: Run { id: life.unit.clone(), observations: life.observations(sigma, reference_fh), failure_fh },
                 regime: None,
+                goes_on: life.end.is_none(),
                 law: None,
             }
         };

@@ -196,10 +196,9 @@ fn words(metrics: &Metrics, terms: &Terms) -> String {
         Some([offset, sd]) => format!("{offset:+.0} &plusmn; {sd:.0} h"),
         None => "not known".to_owned(),
     };
-    let error = if terms.actuators {
-        format!("Error of the surrogate boundary in failure time: {error}.")
-    } else {
-        format!("Of a {}.", terms.deviation.axis)
+    let (of, error) = match terms.actuators {
+        true => (String::new(), format!("Error of the surrogate boundary in failure time: {error}. ")),
+        false => (format!(" ({})", terms.deviation.axis), String::new()),
     };
     format!(
         concat!(
@@ -215,12 +214,13 @@ fn words(metrics: &Metrics, terms: &Terms) -> String {
             "within a tenth of the whole life of the truth until failure; medians over runs, zero for a run where it never is.</dd>",
             "<dt>Beyond, doubted</dt><dd>Share of the predictions whose median is beyond the horizon, and of those that ",
             "the estimator advises not to trust, because the life is unlike those that it knows.</dd>",
-            "{}</dl><p class=\"soft\">Standard deviation of one observation: {}. {} {} ",
+            "{}</dl><p class=\"soft\">Standard deviation of one observation: {}{}. {}{} ",
             "resamples of the runs. Actuary {}, seed {}.</p>{}"
         ),
         terms.time.words,
         if terms.actuators { ORACLE } else { "" },
         sigma.join(", "),
+        of,
         error,
         settings.resamples,
         settings.code_version,

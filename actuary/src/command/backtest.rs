@@ -79,7 +79,7 @@ pub struct Arguments {
     #[command(flatten)]
     records: records::Flags,
     /// Without --prior, the first N units teach and the others are judged [default: the first, third, fifth... teach].
-    #[arg(long, value_name = "N", requires = "limits", conflicts_with = "prior")]
+    #[arg(long, value_name = "N", conflicts_with = "prior")]
     split: Option<std::num::NonZeroUsize>,
     /// With --model, the true failure times, for metrics.json and report.html.
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "limits")]
@@ -164,6 +164,10 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let bar = ProgressBar::new(0);
     bar.set_style(ProgressStyle::with_template("{msg:<32} {wide_bar} {pos}/{len} {eta}").expect("a valid template"));
     bar.set_message("reading");
+    let flag = arguments.records.without_limits().or(arguments.split.and(Some("--split")));
+    if let Some(flag) = flag.filter(|_| arguments.records.limits.is_empty()) {
+        return Err(refuse(format!("{flag} is for lives with --limit")).into());
+    }
     match &arguments.model {
         _ if !arguments.records.limits.is_empty() => recorded::run(&arguments, &out, &bar)?,
         Some(model) => actuators(&arguments, model, &out, &bar)?,

@@ -63,6 +63,10 @@ pub fn read(tables: Tables, flags: &Flags) -> Result<Lives, Failure> {
     if prior.is_none() {
         notes.split(teachers.len(), judged.len(), tables.split.is_none());
     }
+    judged
+        .iter()
+        .filter(|(_, unit)| teachers.iter().any(|(_, other)| unit.is_told_as(other)))
+        .for_each(|(_, unit)| notes.taught(unit));
     let ends_with_record = flags.end.is_none() && measures.iter().any(|measure| measure.learned);
     let untold = |otherwise| if ends_with_record { Untold::Failed } else { otherwise };
     let mut lives = |told: &[Told], untold| lives(told, &measures, untold, &mut notes);
@@ -245,6 +249,9 @@ mod tests {
         assert!(notes.contains("unit e told to be removed after passing a limit: failed at the passage"), "{notes}");
         let lives = read_tables("unit,hours,x\nz,0,0\nz,1,1\n", Some(&four(6)), " --limit x=5", None).unwrap();
         assert_eq!((ends(&lives.judge), lives.teach.lives.len()), (vec![None], 4));
+        assert!(!lives.notes.join("; ").contains("taught, too"), "{:?}", lives.notes);
+        let both = read_tables(&four(6), Some(&four(6)), " --limit x=5", None).unwrap().notes.join("; ");
+        assert!(both.contains("4 units (such as a) taught, too: figures flatter"), "{both}");
         assert!(lives.notes.iter().any(|note| note == "unit z going on at the last time: predicted, not judged"));
     }
 

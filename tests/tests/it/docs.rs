@@ -134,3 +134,21 @@ fn slow_the_deployment_page_can_be_pasted_into_a_shell() {
     let said = bash(folder.path(), &format!("{before}{}", script(&page)));
     assert!(said.contains("up to date") && said.contains("uploads accepted"), "{said}");
 }
+
+#[test]
+fn slow_the_page_of_real_lives_can_be_pasted_into_a_shell() {
+    let folder = tempfile::tempdir().unwrap();
+    for set in ["virkler.csv", "gaaslaser.csv", "metalwear.csv"] {
+        fs::copy(root().join("tests/data/real").join(set), folder.path().join(set)).unwrap();
+    }
+    let page = fs::read_to_string(root().join("docs/real-lives.md")).unwrap();
+    let bin = tests::binary();
+    let path = format!("export PATH={}:$PATH\n", bin.parent().expect("a folder").display());
+    let said = bash(folder.path(), &format!("{path}{}", script(&page)));
+    assert!(said.contains("CRPS cycles") && said.contains("CRPS h"), "{said}");
+    for out in ["cracks", "lasers", "wear"] {
+        for file in ["predictions.csv", "metrics.json", "report.html"] {
+            assert!(folder.path().join(out).join(file).exists(), "{out}/{file}");
+        }
+    }
+}

@@ -193,7 +193,8 @@ fn a_prior_of_its_own_teaches_and_all_histories_are_predicted() {
     assert!(printed.contains("nothing to judge"), "{printed}");
     assert!(!bench.path("out/metrics.json").exists());
     let rows = predictions(&bench.read("out/predictions.csv"));
-    assert_eq!(rows.last().unwrap().2, 120_000.0);
+    let times: Vec<f64> = rows.iter().map(|(_, _, t, _)| *t).collect();
+    assert_eq!(times[5..], [120_000.0, 130_000.0], "and from the newest observation on");
     assert!(rows.iter().all(|(_, unit, _, numbers)| unit == "new" && numbers[0].is_some_and(|mean| mean > 50_000.0)));
 }
 
@@ -221,7 +222,8 @@ fn what_makes_no_sense_of_recorded_lives_is_refused_in_one_line() {
     says(&with(&["--truth", "t.csv"]), "cannot be used with '--truth <FILE>...'");
     says(&with(&["--labels", "l.csv"]), "cannot be used with '--labels <FILE>...'");
     says(&with(&["--growth", "g.csv"]), "cannot be used with '--growth <FILE>...'");
-    says(&["--model", "m.json", "--sigma", "crack_mm=1"], "--limit");
+    says(&["--model", "m.json", "--sigma", "crack_mm=1"], "--sigma is for lives with --limit");
+    says(&["--model", "m.json", "--split", "9"], "--split is for lives with --limit");
     says(&with(&["--split", "0"]), "--split");
     says(&with(&["--split", "68"]), "virkler.csv: has 68 units: 68 teach and none is left to judge");
     says(&with(&["--every", "0.001"]), "--every 0.001 cycles makes more than 10000 predictions");

@@ -93,7 +93,8 @@ pub fn read_all(files: Files, faults: &FaultModel) -> Result<Recordings, Failure
             let regime = told.and_then(|told| told.regime).or(history.regime);
             let law = law.and_then(|law| laws::with_growth(law, growth.remove(&id), regime.as_deref()));
             let id = if histories.len() > 1 { format!("{}/{id}", stems[i]) } else { id };
-            all.runs.push(Recorded { run: Run { id, observations: history.observations, failure_fh }, regime, law });
+            let run = Run { id, observations: history.observations, failure_fh };
+            all.runs.push(Recorded { run, regime, goes_on: false, law });
         }
         if let Some(truth) = truth {
             truth.check_use()?;

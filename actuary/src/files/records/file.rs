@@ -51,6 +51,17 @@ pub struct Row {
     pub values: Vec<f64>,
 }
 
+impl Unit {
+    /// Whether another table tells the same of it; of several tables its name begins with that of the file.
+    pub fn is_told_as(&self, other: &Self) -> bool {
+        if self.name.rsplit('/').next() != other.name.rsplit('/').next() {
+            return false;
+        }
+        let same = |(a, b): (&Row, &Row)| a.time == b.time && a.values == b.values;
+        self.rows.len() == other.rows.len() && self.rows.iter().zip(&other.rows).all(same)
+    }
+}
+
 /// The columns that are read.
 struct Columns<'a> {
     time: Column<'a>,

@@ -12,21 +12,21 @@ pub struct Flags {
     pub limits: Vec<Limit>,
     /// The value of a column where nothing is damaged, or first:N, the median of the first N rows of each unit [default: the
     /// median over units of their first row].
-    #[arg(long = "nominal", value_name = "NAME=VALUE", value_parser = nominal, requires = "limits")]
+    #[arg(long = "nominal", value_name = "NAME=VALUE", value_parser = nominal)]
     pub nominals: Vec<Nominal>,
     /// The standard deviation of one value of a column [default: learned].
-    #[arg(long = "sigma", value_name = "NAME=VALUE", value_parser = sigma, requires = "limits")]
+    #[arg(long = "sigma", value_name = "NAME=VALUE", value_parser = sigma)]
     pub sigmas: Vec<Sigma>,
     /// The column of times since the start of a life, and what they are counted in [default: the one among t, time, t_fh, hours,
     /// cycle, cycles and days; its name].
-    #[arg(long, value_name = "COLUMN[:UNIT]", requires = "limits")]
+    #[arg(long, value_name = "COLUMN[:UNIT]")]
     pub time: Option<String>,
     /// The column that names the unit [default: the one among unit, specimen, cell, device, run_id, id and serial_number].
-    #[arg(long, value_name = "COLUMN", requires = "limits")]
+    #[arg(long, value_name = "COLUMN")]
     pub unit: Option<String>,
     /// The column that tells whether a unit failed or was removed before it did: `failed` or `removed` in the row of its latest
     /// time. The passage of a limit counts first.
-    #[arg(long, value_name = "COLUMN", requires = "limits")]
+    #[arg(long, value_name = "COLUMN")]
     pub end: Option<String>,
 }
 
@@ -78,6 +78,18 @@ pub struct Sigma {
 }
 
 impl Flags {
+    /// The first flag that says something about a column without a limit being told.
+    pub fn without_limits(&self) -> Option<&'static str> {
+        let said = [
+            ("--nominal", !self.nominals.is_empty()),
+            ("--sigma", !self.sigmas.is_empty()),
+            ("--time", self.time.is_some()),
+            ("--unit", self.unit.is_some()),
+            ("--end", self.end.is_some()),
+        ];
+        said.into_iter().find_map(|(flag, said)| (said && self.limits.is_empty()).then_some(flag))
+    }
+
     /// The first name that is said twice by one flag, or has no limit, and the flag.
     pub fn contradiction(&self) -> Option<String> {
         let names = |flag, names: Vec<&str>| (flag, names.into_iter().map(str::to_owned).collect::<Vec<_>>());

@@ -42,6 +42,7 @@ pub struct Notes {
     removed: Units,
     overruled: Units,
     going_on: Units,
+    taught: Units,
     beyond: Units,
     /// Rows after the end of their unit.
     after: usize,
@@ -79,6 +80,11 @@ impl Notes {
         self.general.insert(0, format!("{teach} of the {} units teach ({which}), {judge} are judged", teach + judge));
     }
 
+    /// Takes note of a unit that is judged and has taught, too.
+    pub fn taught(&mut self, unit: &Unit) {
+        self.taught.add(unit);
+    }
+
     /// Takes note of how a unit was read.
     pub fn life(&mut self, unit: &Unit, Life { life, passed, after }: &Life, untold: Untold) {
         self.after += after;
@@ -103,6 +109,7 @@ impl Notes {
             (&self.record_end, "taken to have failed where the record ends: no column of --end tells otherwise"),
             (&self.overruled, "told to be removed after passing a limit: failed at the passage"),
             (&self.removed, "passing no limit until the last time: taken to be removed there, not failed"),
+            (&self.taught, "taught, too: figures flatter"),
             (&self.going_on, "going on at the last time: predicted, not judged"),
         ];
         let units = kinds.iter().filter_map(|(units, words)| units.line(words));
