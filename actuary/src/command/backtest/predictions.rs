@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use evaluation::{Judged, backtest::LEVELS};
 
-/// One row per prediction, estimator by estimator, run by run, to hundredths of an hour or of a like share of a life, which is finer
-/// than any draw means; censored values are empty.
+/// One row per prediction, estimator by estimator, run by run; censored values are empty. Flight hours are told to hundredths, which
+/// is finer than any draw means; of a unit whose size nobody knows, all digits are.
 pub fn write(file: &mut dyn Write, judged: &Judged) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(file);
     let time = &judged.terms.time;
@@ -16,11 +16,11 @@ pub fn write(file: &mut dyn Write, judged: &Judged) -> io::Result<()> {
     for replays in judged.replays {
         for (recorded, replay) in judged.recorded.iter().zip(&replays.runs) {
             for prediction in &replay.predictions {
-                let rounded = |fh: f64| format!("{:.*}", time.decimals() + 2, time.of(fh));
+                let told = |fh: f64| if judged.terms.actuators { format!("{fh:.2}") } else { time.of(fh).to_string() };
                 let mut row = vec![replays.estimator.to_owned(), recorded.run.id.clone(), time.told(prediction.t_fh)];
-                row.push(rounded(prediction.mean_fh));
+                row.push(told(prediction.mean_fh));
                 row.push(prediction.censored_fraction.to_string());
-                row.extend(prediction.quantiles_fh.iter().map(|quantile| quantile.map_or_else(String::new, rounded)));
+                row.extend(prediction.quantiles_fh.iter().map(|quantile| quantile.map_or_else(String::new, told)));
                 table.write_record(&row)?;
             }
         }
