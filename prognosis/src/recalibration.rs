@@ -16,16 +16,20 @@ const FEWEST: usize = 10;
 const FEWEST_OF_CURVE: usize = 40;
 /// Lives that say that forecasts hold.
 const TRUSTING_LIVES: f64 = 20.0;
-/// Knots of the curve: 11, from -2.5 standard deviations to 2.5.
-const KNOTS: usize = 11;
-const OUTERMOST: f64 = 2.5;
-/// A level is at least this far from zero and one.
-const LEAST_LEVEL: f64 = 0.0025;
+/// Knots of the curve, by the probits of the levels that hold.
+const KNOTS: [f64; 9] = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0];
+/// Least distance of knots, and steps of their bisection.
+const LEAST_DISTANCE: f64 = 1e-3;
+const BISECTIONS: usize = 50;
+/// Probits beyond count as this one.
+const OUTERMOST: f64 = 8.0;
+/// Probability between the outermost draw and the one that the tail is laid through.
+const TAIL: f64 = 0.05;
 
-/// The level at which a forecast put what came true, and how much it counts.
+/// The probit of the level at which a forecast put what came true, and how much it counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Level {
-    pub level: f64,
+    pub probit: f64,
     pub weight: f64,
 }
 
@@ -42,7 +46,8 @@ impl Recalibration {
         let mut points: Vec<(f64, f64)> = Vec::new();
         for levels in lives {
             let total: f64 = levels.iter().map(|level| level.weight).sum();
-            points.extend(levels.iter().map(|level| (probit(level.level), level.weight / total / lives.len() as f64)));
+            let weight = |level: &Level| level.weight / total / lives.len() as f64;
+            points.extend(levels.iter().map(|level| (level.probit.clamp(-OUTERMOST, OUTERMOST), weight(level))));
         }
         let share = failed as f64 / (failed as f64 + TRUSTING_LIVES);
         match failed {
@@ -52,9 +57,9 @@ impl Recalibration {
         }
     }
 
-    /// The level that holds for a level of the forecast.
-    pub fn level(&self, forecast: f64) -> f64 {
-        normal::cumulative(interpolated(&self.knots, probit(forecast)))
+    /// The probit of the level that holds, for that of a level of the forecast.
+    pub(crate) fn probit(&self, forecast: f64) -> f64 {
+        interpolated(&self.knots, forecast)
     }
 
     /// As many draws, in ascending order, whose levels hold; `None` is beyond the horizon, and stays unknown.
@@ -70,11 +75,6 @@ impl Recalibration {
     }
 }
 
-/// Probit of a level that is neither zero nor one.
-fn probit(level: f64) -> f64 {
-    normal::quantile(level.clamp(LEAST_LEVEL, 1.0 - LEAST_LEVEL))
-}
-
 /// Two knots of a straight line.
 fn shift_and_scale(points: &[(f64, f64)], share: f64) -> Vec<(f64, f64)> {
     let mean: f64 = points.iter().map(|(probit, weight)| probit * weight).sum();
@@ -83,15 +83,27 @@ fn shift_and_scale(points: &[(f64, f64)], share: f64) -> Vec<(f64, f64)> {
     [-1.0, 1.0].map(|holds| (shift + scale * holds, holds)).to_vec()
 }
 
-/// The distribution function of the levels.
+/// The inverse of the distribution function of the levels, where it is at each of the knots.
 fn curve(points: &[(f64, f64)], share: f64) -> Vec<(f64, f64)> {
-    let knot = |index: usize| {
-        let raw = OUTERMOST * (2.0 * index as f64 / (KNOTS - 1) as f64 - 1.0);
+    let distribution = |raw: f64| {
         let at_most: f64 = points.iter().filter(|(probit, _)| *probit <= raw).map(|(_, weight)| weight).sum();
-        let holds = share * at_most + (1.0 - share) * normal::cumulative(raw);
-        (raw, normal::quantile(holds))
+        share * at_most + (1.0 - share) * normal::cumulative(raw)
     };
-    (0..KNOTS).map(knot).collect()
+    let mut knots: Vec<(f64, f64)> = Vec::new();
+    for holds in KNOTS {
+        let (mut low, mut high) = (-OUTERMOST, OUTERMOST);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if distribution(middle) < normal::cumulative(holds) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let least = knots.last().map_or(f64::NEG_INFINITY, |knot| knot.0 + LEAST_DISTANCE);
+        knots.push((high.max(least), holds));
+    }
+    knots
 }
 
 /// Between knots in ascending order, and beyond them at the mean slope of all.
@@ -139,13 +151,64 @@ impl Sample<'_> {
 
     fn beyond(&self, outermost: usize, inner: usize, probit: f64) -> Option<f64> {
         let (end_fh, inner_fh) = (self.ends_fh[outermost]?, self.ends_fh[inner]?);
-        if outermost == inner || end_fh <= 0.0 || inner_fh <= 0.0 {
-            return Some(end_fh);
-        }
-        let [from, to] = [inner, outermost].map(|index| self.probit(index));
-        let slope = libm::log(end_fh / inner_fh) / (to - from);
-        Some(end_fh * libm::exp(slope * (probit - to)))
+        let tail = Tail::through((self.probit(inner), inner_fh), (self.probit(outermost), end_fh));
+        Some(tail.map_or(end_fh, |tail| tail.end_fh(probit)))
     }
+}
+
+/// The logarithm of what is beyond the outermost draw, straight in the probit.
+struct Tail {
+    probit: f64,
+    end_fh: f64,
+    slope: f64,
+}
+
+impl Tail {
+    /// Through two points of probit and end, the outermost last; `None` where they tell no slope.
+    fn through(inner: (f64, f64), outermost: (f64, f64)) -> Option<Self> {
+        let known = inner.1 > 0.0 && outermost.1 > 0.0 && inner.1 != outermost.1 && outermost.1.is_finite();
+        let slope = libm::log(outermost.1 / inner.1) / (outermost.0 - inner.0);
+        (known && slope > 0.0).then_some(Self { probit: outermost.0, end_fh: outermost.1, slope })
+    }
+
+    fn end_fh(&self, probit: f64) -> f64 {
+        self.end_fh * libm::exp(self.slope * (probit - self.probit))
+    }
+
+    fn probit(&self, end_fh: f64) -> f64 {
+        self.probit + libm::log(end_fh.max(f64::MIN_POSITIVE) / self.end_fh) / self.slope
+    }
+}
+
+/// The probit of the level at which a sample of ends and weights puts what came true. The weights sum to one, infinite ends
+/// are somewhere beyond all others.
+pub(crate) fn probit_in(mut sample: Vec<(f64, f64)>, truth_fh: f64) -> f64 {
+    sample.retain(|(_, weight)| *weight > 0.0);
+    sample.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let below =
+        |inside: &dyn Fn(f64) -> bool| -> f64 { sample.iter().filter(|end| inside(end.0)).map(|end| end.1).sum() };
+    let level = 0.5 * (below(&|end_fh| end_fh < truth_fh) + below(&|end_fh| end_fh <= truth_fh));
+    let (first, last) = (sample[0], sample[sample.len() - 1]);
+    let outside = truth_fh < first.0 || truth_fh > last.0;
+    let outermost = if truth_fh < first.0 { first } else { last };
+    let level = level.clamp(0.5 * first.1, 1.0 - 0.5 * last.1);
+    let tail = outside.then(|| tail(&sample, outermost)).flatten();
+    tail.map_or_else(|| normal::quantile(level), |tail| tail.probit(truth_fh)).clamp(-OUTERMOST, OUTERMOST)
+}
+
+/// The tail of an ascending sample at its first or last draw.
+fn tail(sample: &[(f64, f64)], outermost: (f64, f64)) -> Option<Tail> {
+    let mut before = 0.0;
+    let mut points = sample.iter().map(|(end_fh, weight)| {
+        before += weight;
+        (before - 0.5 * weight, *end_fh)
+    });
+    let probit = |level: f64| normal::quantile(level.clamp(1e-12, 1.0 - 1e-12));
+    let lower = outermost == sample[0];
+    let inner =
+        if lower { points.find(|point| point.0 >= TAIL)? } else { points.find(|point| point.0 >= 1.0 - TAIL)? };
+    let level = if lower { 0.5 * outermost.1 } else { 1.0 - 0.5 * outermost.1 };
+    Tail::through((probit(inner.0), inner.1), (probit(level), outermost.0))
 }
 
 #[cfg(test)]
@@ -157,13 +220,23 @@ mod tests {
     /// Of `lives` lives whose ends are spread `times` as much as forecasts say.
     fn learn(lives: usize, times: f64, shift: f64) -> Option<Recalibration> {
         let mut random = Stream::new(5, &["recalibration"]);
-        let mut level = || Level { level: normal::cumulative(shift + times * random.normal()), weight: 1.0 };
+        let mut level = || Level { probit: shift + times * random.normal(), weight: 1.0 };
         let levels: Vec<Vec<Level>> = (0..lives).map(|_| (0..5).map(|_| level()).collect()).collect();
         Recalibration::learn(&levels, lives)
     }
 
     fn sample(count: usize) -> Vec<Option<f64>> {
         (0..count).map(|i| Some(libm::exp(6.0 + 0.3 * normal::quantile((i as f64 + 0.5) / count as f64)))).collect()
+    }
+
+    #[test]
+    fn what_no_draw_reached_is_as_far_out_as_the_draws_lead_one_to_expect() {
+        let draws: Vec<(f64, f64)> = sample(500).into_iter().flatten().map(|end_fh| (end_fh, 1.0 / 500.0)).collect();
+        for probit in [-5.0, -1.0, 0.0, 2.0, 4.5] {
+            let found = probit_in(draws.clone(), libm::exp(6.0 + 0.3 * probit));
+            assert!((found - probit).abs() < 0.02, "{found} {probit}");
+        }
+        assert_eq!(probit_in(vec![(f64::INFINITY, 0.5), (1.0, 0.5)], 1e6), 0.0);
     }
 
     #[test]

@@ -9,13 +9,13 @@
 //! - Requirements: offline. Lives whose forecasts caused their removal teach less than they seem to.
 //! - Source: Wolpert 1992; Gneiting and Raftery 2007 for the score; Thorarinsdottir, Gneiting, Gissibl 2013 for cutting it.
 
-use numerics::energy;
+use numerics::{energy, normal};
 use serde::{Deserialize, Serialize};
 
 use crate::{
     ended::{EndedLife, Ending},
     held_out::{HeldOut, HeldOutSettings, Members, Trial, forecast_held_out},
-    recalibration::{Level, Recalibration},
+    recalibration::{Level, Recalibration, probit_in},
 };
 
 /// Lives that say that the fixed weights are right.
@@ -68,7 +68,7 @@ pub struct Record {
 pub fn stack(lives: &[EndedLife], members: &dyn Members, settings: &StackSettings) -> Stacked {
     let horizon_fh = settings.held_out.prediction.horizon_fh;
     let held_out = forecast_held_out(lives, members, &settings.held_out);
-    let tried: Vec<Tried> = held_out.iter().filter_map(|life| Tried::of(life, horizon_fh)).collect();
+    let tried: Vec<Tried> = held_out.into_iter().filter_map(|life| Tried::of(life, horizon_fh)).collect();
     let fold = |life: usize, fold: usize| life % FOLDS.min(tried.len()) == fold;
     let but = |left_out: usize| {
         let kept = tried.iter().enumerate().filter(move |(life, _)| !fold(*life, left_out));
@@ -88,8 +88,7 @@ pub fn stack(lives: &[EndedLife], members: &dyn Members, settings: &StackSetting
 struct Tried {
     ending: Ending,
     score: Score,
-    /// For each forecast, the level at which each member put the end.
-    levels: Vec<Vec<f64>>,
+    trials: Vec<Trial>,
 }
 
 /// E|X - y| of each member and E|X - X'| of each pair of them, means over the forecasts of a life, or sums over lives.
@@ -100,40 +99,42 @@ struct Score {
 }
 
 impl Tried {
-    fn of(life: &HeldOut, horizon_fh: f64) -> Option<Self> {
+    fn of(life: HeldOut, horizon_fh: f64) -> Option<Self> {
         let members = life.trials.first()?.draws_fh.len();
         let mut score = Score::zero(members);
         for trial in &life.trials {
             let horizon_fh = if life.ending == Ending::Removed { trial.left_fh.min(horizon_fh) } else { horizon_fh };
             score.add(&Score::of(trial, horizon_fh), 1.0 / life.trials.len() as f64);
         }
-        Some(Self { ending: life.ending, score, levels: life.trials.iter().map(member_levels).collect() })
+        Some(Self { ending: life.ending, score, trials: life.trials })
     }
 
     /// The levels at which a pool put the end, as often as there are parts above that of a removed life.
     fn levels(&self, weights: &[f64]) -> Vec<Level> {
-        let pooled = self.levels.iter().map(|levels| -> f64 { levels.iter().zip(weights).map(|(l, w)| l * w).sum() });
+        let pooled = self.trials.iter().map(|trial| trial.probit(weights));
         match self.ending {
-            Ending::Failed => pooled.map(|level| Level { level, weight: 1.0 }).collect(),
+            Ending::Failed => pooled.map(|probit| Level { probit, weight: 1.0 }).collect(),
             Ending::Removed => pooled.flat_map(above).collect(),
         }
     }
 }
 
-/// Even parts of the probability above a level; together they count as much as is left of it.
-fn above(level: f64) -> impl Iterator<Item = Level> {
-    let part = move |part: usize| level + (1.0 - level) * (part as f64 + 0.5) / PARTS as f64;
-    (0..PARTS).map(move |index| Level { level: part(index), weight: 1.0 / PARTS as f64 })
+/// Even parts of the probability above a probit, which together count as one.
+fn above(probit: f64) -> impl Iterator<Item = Level> {
+    let left = normal::cumulative(-probit);
+    let part = move |part: usize| -normal::quantile(left * (part as f64 + 0.5) / PARTS as f64);
+    (0..PARTS).map(move |index| Level { probit: part(index), weight: 1.0 / PARTS as f64 })
 }
 
-/// Share of the draws of each member below what came true, ties counted half.
-fn member_levels(trial: &Trial) -> Vec<f64> {
-    let level = |draws: &Vec<f64>| {
-        let below = draws.partition_point(|draw| *draw < trial.left_fh);
-        let up_to = draws.partition_point(|draw| *draw <= trial.left_fh);
-        0.5 * (below + up_to) as f64 / draws.len() as f64
-    };
-    trial.draws_fh.iter().map(level).collect()
+impl Trial {
+    /// The probit of the level at which a pool put what came true.
+    fn probit(&self, weights: &[f64]) -> f64 {
+        let share = |(draws, weight): (&Vec<f64>, &f64)| {
+            let each = weight / draws.len() as f64;
+            draws.iter().map(|draw| (*draw, each)).collect::<Vec<_>>()
+        };
+        probit_in(self.draws_fh.iter().zip(weights).flat_map(share).collect(), self.left_fh)
+    }
 }
 
 impl Score {
@@ -219,8 +220,8 @@ fn record<'a>(tried: &[Tried], levels: &[Vec<Level>], crossed: impl Fn(usize) ->
     };
     let maps: Vec<Option<Recalibration>> = (0..folds).map(map).collect();
     let held = |life: usize, interval: f64| {
-        let recalibrated = |level: f64| maps[life % folds].as_ref().map_or(level, |map| map.level(level));
-        let inside = |level: &&Level| (recalibrated(level.level) - 0.5).abs() <= 0.5 * interval;
+        let recalibrated = |probit: f64| maps[life % folds].as_ref().map_or(probit, |map| map.probit(probit));
+        let inside = |level: &&Level| recalibrated(level.probit).abs() <= normal::quantile(0.5 + 0.5 * interval);
         levels[life].iter().filter(inside).count() as f64 / levels[life].len() as f64
     };
     let members = tried.first()?.score.distance.len();

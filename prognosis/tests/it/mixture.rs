@@ -38,10 +38,10 @@ fn life(wear: Wear, index: u64) -> EndedLife {
     };
     let mut seen = |t_fh: f64| {
         let share = if wear == Wear::Even { t_fh / end_fh } else { 0.0 };
-        let fault_vector = FaultVector(vec![REFERENCE_LIMIT * share + 0.002 * random.normal()]);
-        Observation { t_fh, fault_vector, sigma: vec![0.002], load: None, temperature: None }
+        let fault_vector = FaultVector(vec![REFERENCE_LIMIT * share + 0.0005 * random.normal()]);
+        Observation { t_fh, fault_vector, sigma: vec![0.0005], load: None, temperature: None }
     };
-    let observations = (0..).map(|i| 60.0 * f64::from(i)).take_while(|t_fh| *t_fh < end_fh).map(&mut seen).collect();
+    let observations = (1..).map(|i| 60.0 * f64::from(i)).take_while(|t_fh| *t_fh < end_fh).map(&mut seen).collect();
     EndedLife { observations, end_fh, ending: Ending::Failed }
 }
 
@@ -215,11 +215,13 @@ fn recalibration_restores_the_coverage_of_an_overconfident_member() {
         let held = |estimator: &dyn Estimator| {
             let of = |index| {
                 let life = life(Wear::Even, index);
-                let now_fh = 0.5 * life.end_fh;
-                let ends_fh = forecast(estimator, &life, now_fh).ends_fh;
-                f64::from(u8::from(metrics::covers(&ends_fh, 0.8, life.end_fh - now_fh)))
+                let looks: Vec<f64> = (1..16).map(|look| f64::from(look) / 16.0 * life.end_fh).collect();
+                let covered = looks.iter().filter(|now_fh| {
+                    metrics::covers(&forecast(estimator, &life, **now_fh).ends_fh, 0.8, life.end_fh - **now_fh)
+                });
+                covered.count() as f64 / looks.len() as f64
             };
-            (2000..2300).map(of).sum::<f64>() / 300.0
+            (2000..2200).map(of).sum::<f64>() / 200.0
         };
         (held(&Overconfident), held(&mixture), record.expect("failures").level_80)
     };
