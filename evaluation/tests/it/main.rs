@@ -11,6 +11,7 @@ mod histories;
 mod labelled;
 mod metrics;
 mod oracle;
+mod recorded_lives;
 #[path = "../../../prognosis/tests/it/simulated/mod.rs"]
 mod simulated;
 mod small_benchmark;
