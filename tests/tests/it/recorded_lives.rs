@@ -79,22 +79,32 @@ fn predictions(text: &str) -> Vec<(String, String, f64, Vec<Option<f64>>)> {
     lines.map(row).collect()
 }
 
+/// The cracks of the first specimens.
+fn first_specimens(count: usize) -> String {
+    let table = fs::read_to_string(fixture("virkler.csv")).unwrap();
+    let kept = |line: &&str| line.split(',').next().unwrap().parse::<usize>().is_ok_and(|specimen| specimen <= count);
+    let rows: Vec<&str> = table.lines().skip(1).filter(kept).collect();
+    format!("specimen,cycles,crack_mm\n{}\n", rows.join("\n"))
+}
+
 #[test]
-fn cracks_are_forecast_in_cycles_by_one_command() {
+fn slow_cracks_are_forecast_in_cycles_by_one_command() {
     let bench = Bench::new();
     let arguments = ["--histories", &fixture("virkler.csv"), "--limit", "crack_mm=49.8", "--every", "10000"];
-    let [printed, notes] = bench.run("out", &[&arguments[..], &["--estimator", "climatology"]].concat());
-    assert!(printed.contains("CRPS cycles") && printed.contains("climatology"), "{printed}");
+    let [printed, notes] = bench.run("out", &arguments);
+    assert!(printed.contains("CRPS cycles") && printed.contains("mixture"), "{printed}");
     assert!(notes.contains("34 of the 68 units teach") && notes.contains("34 are judged"), "{notes}");
     let metrics = bench.metrics("out/metrics.json");
     assert_eq!((&metrics["settings"]["unit"], &metrics["settings"]["every"]), (&"cycles".into(), &10_000.0.into()));
     assert_eq!((&metrics["lives"]["taught"], &metrics["lives"]["judged"]), (&34.into(), &34.into()));
     assert_eq!(metrics["faults"]["crack_mm"]["limit"], 49.8);
-    let climatology = &metrics["estimators"]["climatology"];
-    let crps = climatology["crps"].as_f64().unwrap();
-    assert!((9_000.0..10_500.0).contains(&crps), "half of the specimens tell of the others: {crps} cycles");
-    assert!(climatology["coverage_80_interval"]["low"].as_f64() < climatology["coverage_80"].as_f64());
+    let figure = |name: &str, figure: &str| metrics["estimators"][name][figure].as_f64().unwrap();
+    let climatology = figure("climatology", "crps");
+    assert!((9_000.0..10_500.0).contains(&climatology), "how long specimens last: {climatology} cycles");
+    assert!(figure("mixture", "crps") < 6_500.0 && figure("growth", "crps") < 9_000.0, "{printed}");
+    assert!((0.72..0.95).contains(&figure("mixture", "coverage_80")), "{printed}");
     let rows = predictions(&bench.read("out/predictions.csv"));
+    assert_eq!(rows[0].0, "mixture", "the default comes first");
     let of = |unit: &str| rows.iter().filter(|(_, row, ..)| row == unit).map(|(_, _, t, _)| *t).collect::<Vec<_>>();
     assert_eq!(of("2")[..3], [10_000.0, 20_000.0, 30_000.0], "the 2nd specimen is judged");
     assert!(of("1").is_empty(), "the 1st one teaches");
@@ -107,45 +117,58 @@ fn cracks_are_forecast_in_cycles_by_one_command() {
     }
 }
 
-/// Every figure is one of the unit: counted in thousands, it is a thousandth.
-#[test]
-fn the_unit_of_time_scales_all_figures() {
-    let bench = Bench::new();
-    let table = fs::read_to_string(fixture("virkler.csv")).unwrap();
-    let in_thousands = |line: &str| {
+/// A table of lasers with other times and currents.
+fn lasers(time: impl Fn(f64) -> f64, increase: impl Fn(f64) -> f64) -> String {
+    let table = fs::read_to_string(fixture("gaaslaser.csv")).unwrap();
+    let row = |line: &str| {
         let fields: Vec<&str> = line.split(',').collect();
-        match fields[1].parse::<f64>() {
-            Ok(cycles) => format!("{},{},{}\n", fields[0], cycles / 1000.0, fields[2]),
-            Err(_) => format!("{line}\n"),
-        }
+        let [seen, at] = [fields[0], fields[2]].map(|field| field.parse::<f64>().unwrap());
+        format!("{},{},{}\n", increase(seen), fields[1], time(at))
     };
-    let thousands = bench.file("thousands.csv", &table.lines().map(in_thousands).collect::<String>());
-    let run = |out: &str, file: &str, words: [&str; 4]| {
-        let arguments = ["--histories", file, "--limit", "crack_mm=49.8", "--estimator", "climatology"];
-        bench.run(out, &[&arguments[..], &words].concat());
+    format!("increase,unit,hours\n{}", table.lines().skip(1).map(row).collect::<String>())
+}
+
+/// Every figure of every estimator is one of the unit: twice the times are twice the remaining lives, to the last bit for a power
+/// of two. What a value is counted in, and from where, changes nothing.
+#[test]
+fn units_of_time_and_of_damage_scale_figures_and_nothing_else() {
+    let bench = Bench::new();
+    let plain = |value: f64| value;
+    let run = |out: &str, table: &str, limit: &str| {
+        let file = bench.file(&format!("{out}.csv"), table);
+        bench.run(out, &["--histories", &file, "--limit", limit]);
         bench.metrics(&format!("{out}/metrics.json"))
     };
-    let cycles = run("cycles", &fixture("virkler.csv"), ["--every", "8000", "--horizon", "400000"]);
-    let thousands = run("thousands", &thousands, ["--every", "8", "--time", "cycles:kcycles"]);
-    assert_eq!(thousands["settings"]["unit"], "kcycles");
+    let hours = run("hours", &lasers(plain, plain), "increase=6");
+    let quarters = run("quarters", &lasers(|t| 4.0 * t, plain), "increase=6");
+    let months = run("months", &lasers(|t| t / 730.5, plain), "increase=6");
+    let other = run("other", &lasers(plain, |x| 3.0 - 8.0 * x), "increase=-45");
     let figure =
-        |metrics: &Value, path: &str| metrics["estimators"]["climatology"].pointer(path).unwrap().as_f64().unwrap();
-    for path in ["/crps", "/crps_interval/low", "/doubts/trusted_crps"] {
-        let ratio = figure(&cycles, path) / figure(&thousands, path);
-        assert!((ratio / 1000.0 - 1.0).abs() < 1e-6, "{path}: {ratio}");
+        |metrics: &Value, name: &str, path: &str| metrics["estimators"][name].pointer(path).unwrap().as_f64().unwrap();
+    for name in ["mixture", "growth", "similarity", "climatology"] {
+        for path in ["/crps", "/crps_interval/low", "/doubts/trusted_crps"] {
+            let [hours, quarters, months, other] =
+                [&hours, &quarters, &months, &other].map(|metrics| figure(metrics, name, path));
+            assert_eq!(quarters, 4.0 * hours, "{name} {path}");
+            assert!((months * 730.5 / hours - 1.0).abs() < 1e-9, "{name} {path}: {months} {hours}");
+            assert!((other / hours - 1.0).abs() < 1e-9, "{name} {path}: {other} {hours}");
+        }
+        for path in ["/coverage_80", "/coverage_95", "/predictions"] {
+            let [hours, quarters, months] = [&hours, &quarters, &months].map(|metrics| figure(metrics, name, path));
+            assert_eq!((quarters, months), (hours, hours), "{name} {path}");
+        }
     }
-    for path in ["/coverage_80", "/coverage_95", "/predictions"] {
-        assert_eq!(figure(&cycles, path), figure(&thousands, path), "{path}");
-    }
-    let [a, b] = ["cycles", "thousands"].map(|out| predictions(&bench.read(&format!("{out}/predictions.csv"))));
-    for ((_, unit, t, numbers), (_, other_unit, other_t, others)) in a.iter().zip(&b) {
-        assert!(unit == other_unit && (t / other_t / 1000.0 - 1.0).abs() < 1e-9);
+    let [a, b] = ["hours", "quarters"].map(|out| predictions(&bench.read(&format!("{out}/predictions.csv"))));
+    for ((name, unit, t, numbers), (other_name, other_unit, other_t, others)) in a.iter().zip(&b) {
+        assert_eq!((name, unit), (other_name, other_unit));
+        assert!((4.0 * t - other_t).abs() < 1e-6 * other_t, "{t} {other_t}");
+        // Written to hundredths.
         let close = |(a, b): (&Option<f64>, &Option<f64>)| match (a, b) {
-            (Some(a), Some(b)) => (a - 1000.0 * b).abs() <= 0.6,
+            (Some(a), Some(b)) => (4.0 * a - b).abs() < 0.03,
             (a, b) => a == b,
         };
-        let fraction = numbers[1] == others[1];
-        assert!(fraction && close((&numbers[0], &others[0])) && numbers[2..].iter().zip(&others[2..]).all(close));
+        let rest = numbers[2..].iter().zip(&others[2..]).all(close);
+        assert!(rest && numbers[1] == others[1] && close((&numbers[0], &others[0])), "{numbers:?} {others:?}");
     }
 }
 
@@ -187,15 +210,17 @@ fn lives_that_were_removed_or_go_on_are_never_taken_for_failures() {
 fn a_prior_of_its_own_teaches_and_all_histories_are_predicted() {
     let bench = Bench::new();
     let going_on = bench.file("going_on.csv", "specimen,cycles,crack_mm\nnew,0,9\nnew,60000,12\nnew,130000,19\n");
-    let arguments = ["--prior", &fixture("virkler.csv"), "--histories", &going_on, "--limit", "crack_mm=49.8"];
+    let prior = bench.file("prior.csv", &first_specimens(8));
+    let arguments = ["--prior", &prior, "--histories", &going_on, "--limit", "crack_mm=49.8"];
     let [printed, notes] = bench.run("out", &[&arguments[..], &["--every", "20000"]].concat());
     assert!(notes.contains("unit new going on at the last time: predicted, not judged"), "{notes}");
     assert!(printed.contains("nothing to judge"), "{printed}");
     assert!(!bench.path("out/metrics.json").exists());
     let rows = predictions(&bench.read("out/predictions.csv"));
-    let times: Vec<f64> = rows.iter().map(|(_, _, t, _)| *t).collect();
+    let of_default = rows.iter().filter(|(name, ..)| name == "mixture");
+    let times: Vec<f64> = of_default.map(|(_, _, t, _)| *t).collect();
     assert_eq!(times[5..], [120_000.0, 130_000.0], "and from the newest observation on");
-    assert!(rows.iter().all(|(_, unit, _, numbers)| unit == "new" && numbers[0].is_some_and(|mean| mean > 50_000.0)));
+    assert!(rows.iter().all(|(_, unit, _, numbers)| unit == "new" && numbers[0].is_some_and(|mean| mean > 30_000.0)));
 }
 
 #[test]
