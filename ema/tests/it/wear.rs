@@ -25,8 +25,8 @@ fn laws(regime: Regime) -> Vec<WearLaw> {
 
 /// The watch asks seldom; asking at every step must find the same failure.
 #[test]
-fn the_first_faulty_verdict_is_the_failure() {
-    let wrong: Vec<u64> = (0..6u64)
+fn slow_the_first_faulty_verdict_is_the_failure() {
+    let wrong: Vec<u64> = (0..4u64)
         .into_par_iter()
         .filter(|&index| {
             let life = simulate_life(&Parameters::assessment(), 5, index, REGIMES[index as usize % 2]);
@@ -53,19 +53,20 @@ fn a_life_is_observed_up_to_its_failure() {
 }
 
 /// The fleet that the benchmark was drawn from: quartiles of 200 of its lives are 2738, 3046, 3466 h
-/// (constant) and 2652, 3010, 3430 h (varying).
+/// (constant) and 2652, 3010, 3430 h (varying). Of 60 lives the median has a standard error of 90 h and the distance of
+/// the quartiles one of 110 h: the bounds are two of them away.
 #[test]
-fn lives_are_as_long_as_the_fleets() {
+fn slow_lives_are_as_long_as_the_fleets() {
     for regime in REGIMES {
-        let mut lives: Vec<f64> = (0..100u64)
+        let mut lives: Vec<f64> = (0..60u64)
             .into_par_iter()
             .map(|index| simulate_life(&Parameters::assessment(), 11, index, regime).t_failure_fh)
             .collect();
         lives.sort_unstable_by(f64::total_cmp);
-        println!("{regime:?}: {:?}", [0, 25, 50, 75, 99].map(|i| lives[i]));
-        assert!(lives[0] >= 2000.0 && lives[99] <= 6000.0);
-        assert!((2700.0..3400.0).contains(&lives[50]), "{}", lives[50]);
-        assert!((500.0..1200.0).contains(&(lives[75] - lives[25])), "{}", lives[75] - lives[25]);
+        println!("{regime:?}: {:?}", [0, 15, 30, 45, 59].map(|i| lives[i]));
+        assert!(lives[0] >= 2000.0 && lives[59] <= 6000.0);
+        assert!((2700.0..3400.0).contains(&lives[30]), "{}", lives[30]);
+        assert!((500.0..1200.0).contains(&(lives[45] - lives[15])), "{}", lives[45] - lives[15]);
     }
 }
 

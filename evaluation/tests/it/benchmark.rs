@@ -153,7 +153,7 @@ fn assert_no_worse([constant, varying]: &[Scores; 2]) {
 }
 
 #[test]
-fn a_thinned_benchmark_is_no_worse_than_the_reference() {
+fn slow_a_thinned_benchmark_is_no_worse_than_the_reference() {
     if let Some(scores) = run(&Density { every_fh: 400.0, draws: 100 }) {
         assert_no_worse(&scores);
     }

@@ -39,7 +39,7 @@ fn all(runs: &[RunScore]) -> Vec<&RunScore> {
 /// The mean of n independent values of standard deviation s lies within 1.645 s / sqrt(n) in 90 % of cases.
 #[test]
 fn an_interval_is_as_wide_as_the_error_of_the_mean() {
-    let settings = BootstrapSettings::default();
+    let settings = BootstrapSettings { resamples: 300, ..BootstrapSettings::default() };
     let (mut width, mut held) = (0.0, 0.0);
     for seed in 0..60 {
         let runs = runs(seed, 200.0, 50);

@@ -127,7 +127,7 @@ fn a_life_with_gaps_is_followed() {
 }
 
 #[test]
-fn it_is_calibrated_and_better_than_without_its_knowledge() {
+fn slow_it_is_calibrated_and_better_than_without_its_knowledge() {
     let (model, prior) = (FaultModel::electrical(), FleetPrior::vague());
     let settings = ReplaySettings { every_fh: 400.0, prediction: PREDICTION, seed: 1 };
     let ridge = Ridge { model: &model, prior: &prior, boundary: &Sum };

@@ -201,7 +201,7 @@ fn taken(first: usize, every: usize) -> Vec<String> {
 
 /// One slip of `ACTUARY_SLIPS` is tried; 1 tries all, which takes many minutes.
 #[test]
-fn no_bundle_with_a_slip_that_changes_answers_is_taken() {
+fn slow_no_bundle_with_a_slip_that_changes_answers_is_taken() {
     let every = std::env::var("ACTUARY_SLIPS").map_or(92, |every| every.parse().unwrap());
     assert_eq!(taken(3 % every, every), Vec::<String>::new());
 }

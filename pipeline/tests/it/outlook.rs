@@ -1,5 +1,7 @@
 //! Estimates and outlooks with the bundle that ships: pure functions of a set, the same bits always.
 
+use std::sync::LazyLock;
+
 use domain::{
     Component, ContentHash, Diagnosis, DoubtKind, Estimate, FaultVector, Life, LoadRatio, Mask, NUMERICS_VERSION,
     Outcome, Prognosis, SetAsideReason, State, Timestamp, Upload,
@@ -425,12 +427,19 @@ proptest! {
         order in Just((0..30_usize).collect::<Vec<_>>()).prop_shuffle(),
         batch in 1..12_usize,
     ) {
-        let model = model();
-        let all = estimates(&model, 30);
-        let whole = outlook(&model, &all, &[]);
-        prop_assert_eq!(arrive(&model, &all, &order, batch), Outlook { states_from: Some(0), ..whole });
+        let (model, all, whole) = &*ONE_LIFE;
+        prop_assert_eq!(arrive(model, all, &order, batch), Outlook { states_from: Some(0), ..whole.clone() });
     }
 }
+
+/// A life near its end, whose draws are quick, and its outlook.
+static ONE_LIFE: LazyLock<(Model, Vec<Estimate>, Outlook)> = LazyLock::new(|| {
+    let model = model();
+    let all = growing(&model, 0.4, 30);
+    let whole = outlook(&model, &all, &[]);
+    assert!(whole.states.len() > 4 && whole.prognosis.is_some());
+    (model, all, whole)
+});
 
 /// A short life with an upload that cannot be, three in ten uploads sent twice. `ACTUARY_PERMUTATIONS` sets
 /// how many orders are tried.

@@ -196,7 +196,7 @@ fn the_driver_is_the_group_that_the_boundary_looks_at() {
 
 /// Lives from the prior, judged half way: the model's own intervals hold what they promise.
 #[test]
-fn intervals_are_calibrated_on_lives_from_the_prior() {
+fn slow_intervals_are_calibrated_on_lives_from_the_prior() {
     let prior = FleetPrior::vague();
     let boundary = Weighted(vec![8.0, 8.0, 8.0, 8.0, 8.0]);
     let (now_fh, horizon_fh) = (800.0, 8000.0);

@@ -387,7 +387,7 @@ fn lives_and_installations_are_those_of_the_definitions_in_any_order(backend: Ba
 #[test_case(Sqlite; "sqlite")]
 #[test_case(Postgres; "postgres")]
 fn slow_lives_and_installations_are_those_of_the_definitions_in_many_more_orders(backend: Backend) {
-    in_any_order(backend, 48);
+    in_any_order(backend, 24);
 }
 
 fn in_any_order(backend: Backend, cases: u32) {

@@ -135,7 +135,7 @@ fn any_order_of_the_same_acts_leaves_the_same(backend: Backend) {
 #[test_case(Sqlite; "sqlite")]
 #[test_case(Postgres; "postgres")]
 fn slow_any_order_of_many_more_acts_leaves_the_same(backend: Backend) {
-    any_order_leaves_the_same(backend, 40);
+    any_order_leaves_the_same(backend, 20);
 }
 
 fn any_order_leaves_the_same(backend: Backend, cases: u32) {
