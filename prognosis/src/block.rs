@@ -1,6 +1,6 @@
 //! Closed blocks: the unit in which the filter sees a life.
 
-use std::ops::Range;
+use std::{borrow::Cow, ops::Range};
 
 use domain::FaultVector;
 
@@ -50,6 +50,21 @@ pub struct Block {
     pub load: Option<f64>,
     /// Mean temperature of the observations that have one.
     pub temperature: Option<f64>,
+}
+
+impl Block {
+    /// The same where observations are so many times as noisy as was stated.
+    pub(crate) fn noisier(&self, factor: f64) -> Cow<'_, Self> {
+        if factor == 1.0 {
+            return Cow::Borrowed(self);
+        }
+        let times = |values: &[f64], factor: f64| values.iter().map(|value| value * factor).collect();
+        Cow::Owned(Self {
+            variance: times(&self.variance, factor * factor),
+            sigma: times(&self.sigma, factor),
+            ..self.clone()
+        })
+    }
 }
 
 /// The closed blocks of a life.

@@ -1,7 +1,8 @@
 //! Whether a life is like those of its fleet: an honest "don't know".
 //!
 //! - What: three statistics of a life so far, each with a limit that hardly any life of the fleet ever exceeds.
-//!   *Scatter* of single observations about the mean of their block, relative to what their diagnoses state;
+//!   *Scatter* of single observations about the mean of their block, relative to what their diagnoses state: a life beyond its
+//!   limit is noisier than its fleet, which the filter takes into account instead of doubting it, up to some times the usual;
 //!   recent *surprise*, the mean square of (seen - expected) / sd; and the log of the Bayes factor of *drift*.
 //! - Update rule: scatter is a mean over the life, faults near nominal left out, because clipping hides their
 //!   noise. Surprise is an exponentially weighted mean over blocks. Drift compares the fleet's model with one in
@@ -31,6 +32,10 @@ use crate::{
 const CLEARANCE: f64 = 3.0;
 /// Fewest scatters, of one fault in one block each, that say anything.
 const MIN_SCATTERS: f64 = 20.0;
+/// Scatters that say that a life is observed as its fleet is.
+const USUAL_SCATTERS: f64 = 8.0;
+/// More often the usual scatter than this is no noise any more.
+const FARTHEST_SCATTER: f64 = 2.5;
 /// One block scatters by no more than this, so that a gross error does not suffice.
 const GREATEST_SCATTER: f64 = 2.0;
 /// Weight of the latest block in the recent surprise.
@@ -100,9 +105,11 @@ impl Consistency {
         }
     }
 
-    /// Takes a block, of which `expected` was expected, `dt_h` hours after the one before; the filter has seen it.
-    pub fn update(&mut self, filter: Followed, block: &Block, expected: &[Moments], dt_h: f64) {
-        self.scatter(filter.model, block);
+    /// Takes a block as it is `stated` and as the filter has seen it, the noise of this life in it; `expected` was expected of it,
+    /// `dt_h` hours after the one before.
+    pub fn update(&mut self, filter: Followed, stated: &Block, block: &Block, expected: &[Moments], dt_h: f64) {
+        let was_usual = self.noise_factor() == 1.0;
+        self.scatter(filter.model, stated);
         self.surprise(block, expected);
         let step = [Transition::new(DRIFT_RATE_PER_H, filter.process_noise, dt_h)];
         for bank in &mut self.drift {
@@ -116,6 +123,9 @@ impl Consistency {
             surprise: self.worst.surprise.max(self.surprise),
             log_drift: self.worst.log_drift.max(self.log_drift(filter.particles)),
         };
+        if was_usual && self.noise_factor() > 1.0 {
+            self.begin_again();
+        }
     }
 
     fn scatter(&mut self, model: &FaultModel, block: &Block) {
@@ -171,7 +181,7 @@ impl Consistency {
     pub fn reasons(&self, model: &FaultModel) -> Vec<String> {
         let Self { limits, worst, .. } = self;
         let mut reasons = Vec::new();
-        if worst.scatter > limits.scatter {
+        if worst.scatter > FARTHEST_SCATTER * limits.usual_scatter {
             let times = worst.scatter / limits.usual_scatter;
             reasons
                 .push(format!("observations scatter {times:.1} times as much as their diagnoses lead one to expect"));
@@ -193,6 +203,21 @@ impl Consistency {
             ));
         }
         reasons
+    }
+
+    /// How many times as noisy as its fleet this life is, by the scatter of its observations; one where that is within what
+    /// lives of the fleet show.
+    pub fn noise_factor(&self) -> f64 {
+        let ([sum, count], limits) = (self.scatter, &self.limits);
+        let scatter = (sum + USUAL_SCATTERS * limits.usual_scatter) / (count + USUAL_SCATTERS);
+        if scatter > limits.scatter { scatter / limits.usual_scatter } else { 1.0 }
+    }
+
+    /// Forgets what was surprising only because the noise of this life was not known.
+    fn begin_again(&mut self) {
+        self.surprise = 1.0;
+        self.greatest_surprises.fill(Surprise::default());
+        self.worst = Worst { surprise: 0.0, log_drift: f64::NEG_INFINITY, ..self.worst };
     }
 
     /// Sum of the scatters and their number, where they are enough to say anything.

@@ -41,7 +41,8 @@ const SEED: u64 = 0;
 pub struct Filter {
     pub(crate) model: FaultModel,
     pub(crate) rates_per_h: Vec<f64>,
-    pub(crate) process_noise: f64,
+    /// That of the fleet.
+    process_noise: f64,
     pub(crate) growth_changes: Option<GrowthChanges>,
     pub(crate) clipped_mean: ClippedMean,
     /// Time that the state belongs to, in the hours of the blocks.
@@ -88,9 +89,11 @@ impl Filter {
 
     /// Carries the state to the centre of the next block and corrects it.
     pub fn update(&mut self, block: &Block) {
-        let dt_h = block.centre_fh - self.t_fh;
+        let (dt_h, stated) = (block.centre_fh - self.t_fh, block);
+        let block = &*stated.noisier(self.noise_factor());
         self.advance(block);
         let expected = self.consistency.as_ref().map(|_| self.posterior().expected(block, self.clipped_mean));
+        let process_noise = self.process_noise();
         for mode in self.particles.iter_mut().flat_map(|particle| &mut particle.modes) {
             mode.minor.correct(block, &self.model.nominal, self.clipped_mean);
             mode.dominant.correct(block, &self.model.nominal, self.clipped_mean);
@@ -99,10 +102,10 @@ impl Filter {
             resample(&mut self.particles[1..], &mut stream(block).substream(0));
         }
         self.observations += block.observations.len();
-        let Self { model, process_noise, clipped_mean, particles, consistency, .. } = self;
+        let Self { model, clipped_mean, particles, consistency, .. } = self;
         if let (Some(consistency), Some(expected)) = (consistency, expected) {
-            let followed = Followed { model, process_noise: *process_noise, clipped_mean: *clipped_mean, particles };
-            consistency.update(followed, block, &expected, dt_h);
+            let followed = Followed { model, process_noise, clipped_mean: *clipped_mean, particles };
+            consistency.update(followed, stated, block, &expected, dt_h);
         }
     }
 
@@ -111,12 +114,13 @@ impl Filter {
         assert!(block.centre_fh >= self.t_fh, "blocks in the order of the life");
         let dt_h = block.centre_fh - self.t_fh;
         let stream = self.growth_changes.map(|changes| (changes, stream(block)));
+        let process_noise = self.process_noise();
         for (index, particle) in self.particles.iter_mut().enumerate() {
             if let (Some((changes, stream)), 1..) = (&stream, index) {
                 let factor = changes.factor_within(dt_h, &mut stream.substream(index as u64));
                 particle.change(Change { after_fh: self.t_fh, until_fh: block.centre_fh, factor });
             }
-            let step = |&rate: &f64| Transition::new(particle.growth * rate, self.process_noise, dt_h);
+            let step = |&rate: &f64| Transition::new(particle.growth * rate, process_noise, dt_h);
             let steps: Vec<Transition> = self.rates_per_h.iter().map(step).collect();
             for mode in &mut particle.modes {
                 mode.minor.predict(&steps);
@@ -132,7 +136,7 @@ impl Filter {
             particles: weighted(&self.particles),
             model: self.model.clone(),
             rates_per_h: self.rates_per_h.clone(),
-            process_noise: self.process_noise,
+            process_noise: self.process_noise(),
             growth_changes: self.growth_changes,
             t_fh: self.t_fh,
             observations: self.observations,
@@ -144,7 +148,18 @@ impl Filter {
     pub fn expect(&self, block: &Block) -> Vec<Moments> {
         let mut ahead = self.clone();
         ahead.advance(block);
-        ahead.posterior().expected(block, self.clipped_mean)
+        ahead.posterior().expected(&block.noisier(self.noise_factor()), self.clipped_mean)
+    }
+
+    /// How many times as noisy as its fleet this life is, which is one for all but a few.
+    fn noise_factor(&self) -> f64 {
+        self.consistency.as_ref().map_or(1.0, Consistency::noise_factor)
+    }
+
+    /// Process noise of this life: where observations are noisier than the fleet's, wear may be as restless, and nothing tells them
+    /// apart early.
+    fn process_noise(&self) -> f64 {
+        self.process_noise * self.noise_factor()
     }
 
     /// Why the life so far should not be taken for one of the fleet, in words with figures. `None` where
