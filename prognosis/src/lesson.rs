@@ -21,7 +21,6 @@ use crate::{
     growth_laws::{GrowthLaws, LawsWithout},
     held_out::{HeldOutSettings, Members},
     mixture::Mixture,
-    scale::REFERENCE_LIFE_FH,
     stacking::{StackSettings, Stacked, stack},
     survival::NoFailure,
 };
@@ -32,8 +31,6 @@ const FIXED: [f64; 3] = [0.4, 0.4, 0.2];
 const CLEARLY: f64 = 0.95;
 /// Draws of forecasts of lives held out.
 const DRAWS: usize = 200;
-/// A probability of the first or the last rate that is tried above this says that the grid is too small.
-const AT_EDGE: f64 = 0.25;
 
 /// What past lives have taught.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -111,25 +108,9 @@ impl Lesson {
         }
     }
 
-    /// What was learned at the edge of what was tried, in words.
+    /// What was learned at the edge of what is tried, or as nothing, in words: growth is not described well there.
     pub fn oddities(&self) -> Vec<String> {
-        let of_law = |law: &crate::GrowthLaw| {
-            let prior = &law.prior;
-            let weights = &prior.one_sided.rate_weights;
-            let told = |index: usize, which: &str| {
-                let rate = prior.rates_per_h[index] * REFERENCE_LIFE_FH;
-                (weights[index] > AT_EDGE).then(|| {
-                    format!(
-                        "{:.0} % of the fleet grows at the {which} rate that is tried, {rate:.1} per characteristic life: \
-                         growth is not described well",
-                        100.0 * weights[index]
-                    )
-                })
-            };
-            told(0, "least").into_iter().chain(told(weights.len() - 1, "greatest"))
-        };
-        let likeliest = self.growth.laws.first();
-        likeliest.into_iter().flat_map(of_law).collect()
+        self.growth.laws[0].oddities()
     }
 }
 

@@ -26,7 +26,7 @@ use crate::{
 };
 
 /// Powers and offsets that are tried besides growth as it is: wear that slows down, and cracks.
-const EXPONENTS: [f64; 4] = [-1.0, 1.5, 2.0, 3.0];
+const EXPONENTS: [f64; 6] = [-2.0, -1.0, 1.5, 2.0, 3.0, 4.0];
 const OFFSETS: [f64; 3] = [0.07, 0.2, 0.6];
 /// Most laws that are carried.
 const MOST: usize = 3;
@@ -45,6 +45,10 @@ const WELL: FitSettings = FitSettings { rounds: 8, parent_lives: 0.0, noise_fact
 const CHANGING: FitSettings = FitSettings { rounds: 2, parent_lives: 0.0, noise_factor: 1.0 };
 /// Rounds in which shares are learned.
 const SHARE_ROUNDS: usize = 20;
+/// A probability of the first or the last rate that is tried above this says that the grid is too small.
+const AT_EDGE: f64 = 0.25;
+/// Growth at random that gathers less than this severity over a characteristic life is none.
+const NO_NOISE: f64 = 1e-3;
 /// Blocks of a life with observations enough for more than one each.
 const BLOCKS: usize = 200;
 
@@ -111,6 +115,29 @@ impl GrowthLaws {
 }
 
 impl GrowthLaw {
+    /// What was learned at the edge of what is tried, or as nothing, in words.
+    pub(crate) fn oddities(&self) -> Vec<String> {
+        let Self { coordinate: Coordinate { exponent, .. }, prior, .. } = self;
+        let mut oddities = Vec::new();
+        let weights = &prior.one_sided.rate_weights;
+        for (index, which) in [(0, "least"), (weights.len() - 1, "greatest")] {
+            if weights[index] > AT_EDGE {
+                oddities.push(format!(
+                    "{:.0} % of the lives grow at the {which} rate that is tried, {:.1} per characteristic life",
+                    100.0 * weights[index],
+                    prior.rates_per_h[index] * REFERENCE_LIFE_FH
+                ));
+            }
+        }
+        if [EXPONENTS[0], EXPONENTS[EXPONENTS.len() - 1]].contains(exponent) {
+            oddities.push(format!("damage grows with its power {exponent}, the farthest that is tried"));
+        }
+        if prior.process_noise * REFERENCE_LIFE_FH.sqrt() < NO_NOISE * REFERENCE_LIMIT {
+            oddities.push("no growth at random was found, as if all of it were known".to_owned());
+        }
+        oddities
+    }
+
     fn refitted(self, lives: &[EndedLife], model: &FaultModel, settings: &FitSettings) -> Result<Self, NoHistory> {
         let histories = self.measured(lives);
         let prior = fit_prior_from(self.prior, &histories, model, settings)?;
