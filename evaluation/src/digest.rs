@@ -104,7 +104,7 @@ impl<F: Serialize, L: Serialize> Digest<F, L> {
         Self {
             settings: Settings {
                 unit: taught.time_unit.clone(),
-                every: time.rounded(of.every_fh),
+                every: time.at(of.every_fh),
                 horizon: time.rounded(of.horizon_fh),
                 draws: of.draws,
                 seed: of.seed,

@@ -17,7 +17,8 @@ pub fn write(file: &mut dyn Write, judged: &Judged) -> io::Result<()> {
         for (recorded, replay) in judged.recorded.iter().zip(&replays.runs) {
             for prediction in &replay.predictions {
                 let told = |fh: f64| if judged.terms.actuators { format!("{fh:.2}") } else { time.of(fh).to_string() };
-                let mut row = vec![replays.estimator.to_owned(), recorded.run.id.clone(), time.told(prediction.t_fh)];
+                let mut row =
+                    vec![replays.estimator.to_owned(), recorded.run.id.clone(), time.at(prediction.t_fh).to_string()];
                 row.push(told(prediction.mean_fh));
                 row.push(prediction.censored_fraction.to_string());
                 row.extend(prediction.quantiles_fh.iter().map(|quantile| quantile.map_or_else(String::new, told)));

@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments, out: &OutputFolder, bar: &ProgressBar) -> Resu
     let replays = replay_all(&recorded, &contestants, &settings, &|| bar.inc(1));
     bar.finish_and_clear();
     notes.iter().for_each(|line| note!("note: {line}"));
-    let terms = Terms::recorded(&judge.time_unit, &scale, notes);
+    let terms = Terms::recorded(&judge.time_unit, &scale, every, notes);
     let judged = Judged {
         recorded: &recorded,
         replays: &replays,
