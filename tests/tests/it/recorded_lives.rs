@@ -252,6 +252,8 @@ fn what_makes_no_sense_of_recorded_lives_is_refused_in_one_line() {
     says(&with(&["--split", "0"]), "--split");
     says(&with(&["--split", "68"]), "virkler.csv: has 68 units: 68 teach and none is left to judge");
     says(&with(&["--every", "0.001"]), "--every 0.001 cycles makes more than 10000 predictions");
+    says(&with(&["--every", "1e9"]), "--every 1000000000 cycles leaves nothing to predict: the longest life has");
+    says(&with(&["--horizon", "9000", "--every", "9001"]), "--horizon 9000 cycles is shorter than --every 9001 cycles");
     says(&with(&["--horizon", "0"]), "--horizon");
     says(&with(&["--estimator", "thesis"]), "--estimator thesis needs --model");
     let healthy = bench.file("healthy.csv", "unit,hours,increase,end\na,0,0,\na,9,3,removed\nb,0,0,\nb,9,2,removed\n");

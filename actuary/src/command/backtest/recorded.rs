@@ -131,8 +131,12 @@ fn settings(arguments: &Arguments, scale: &Scale, judge: &Records) -> Result<(f6
         );
         return Err(refuse(reason));
     }
-    if horizon_fh == 0.0 {
-        return Err(refuse(format!("--horizon {horizon} {unit} is nothing in a life of {life} {unit}")));
+    if longest < every && judge.lives.iter().all(|life| life.end.is_some()) {
+        let reason = format!("--every {every} {unit} leaves nothing to predict: the longest life has {longest} {unit}");
+        return Err(refuse(reason));
+    }
+    if horizon_fh < every_fh {
+        return Err(refuse(format!("--horizon {horizon} {unit} is shorter than --every {every} {unit}")));
     }
     let prediction = PredictionSettings { draws: arguments.draws as usize, horizon_fh };
     Ok((every, ReplaySettings { every_fh, prediction, seed: SEED }))
