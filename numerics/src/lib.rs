@@ -20,6 +20,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+pub mod apportionment;
 pub mod chi_square;
 pub mod energy;
 pub mod fixed_cholesky;
@@ -31,6 +32,7 @@ pub mod random;
 pub mod resampling;
 pub mod symmetric;
 
+pub use apportionment::apportion;
 pub use fixed_cholesky::FixedCholesky;
 pub use least_squares::LeastSquares;
 pub use random::Stream;

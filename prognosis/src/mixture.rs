@@ -6,7 +6,7 @@
 //! - Requirements: weights that sum to one. What drives the end is told by the first member that knows of a damage propagation.
 //! - Source: Hall and Mitchell 2007 for pools; weights and recalibration: [`stack`](crate::stack).
 
-use numerics::Stream;
+use numerics::{Stream, apportion};
 
 use crate::{
     block::Observation,
@@ -46,7 +46,7 @@ impl Follower for Life<'_> {
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
         let weights: Vec<f64> = self.followers.iter().map(|(weight, _)| *weight).collect();
         let mut pooled = RulEstimate { ends_fh: Vec::with_capacity(settings.draws), propagation: None, doubted: false };
-        let allotted = allot(&weights, settings.draws);
+        let allotted = apportion(&weights, settings.draws);
         for (index, ((_, follower), draws)) in self.followers.iter().zip(allotted).enumerate() {
             if draws == 0 {
                 continue;
@@ -61,31 +61,5 @@ impl Follower for Life<'_> {
             pooled.ends_fh = recalibration.apply(pooled.ends_fh, settings.horizon_fh);
         }
         pooled
-    }
-}
-
-/// The draws of each member, by largest remainder; of equal ones the first.
-
-fn allot(weights: &[f64], draws: usize) -> Vec<usize> {
-    let exact: Vec<f64> = weights.iter().map(|weight| weight * draws as f64).collect();
-    let mut allotted: Vec<usize> = exact.iter().map(|share| *share as usize).collect();
-    let mut order: Vec<usize> = (0..weights.len()).collect();
-    let remainder = |index: usize| exact[index] - libm::floor(exact[index]);
-    order.sort_by(|a, b| remainder(*b).total_cmp(&remainder(*a)).then(a.cmp(b)));
-    let missing = draws.saturating_sub(allotted.iter().sum());
-    order.iter().cycle().take(missing).for_each(|index| allotted[*index] += 1);
-    allotted
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_draw_is_allotted() {
-        assert_eq!(allot(&[0.4, 0.4, 0.2], 7), [3, 3, 1]);
-        assert_eq!(allot(&[1.0 / 3.0; 3], 100), [34, 33, 33]);
-        assert_eq!(allot(&[0.0, 1.0], 3), [0, 3]);
-        assert_eq!(allot(&[0.999, 0.001], 10), [10, 0]);
     }
 }

@@ -101,8 +101,9 @@ fn parabola_at_zero(points: &[(f64, f64)]) -> Option<Vec<f64>> {
         return None;
     }
     let scaled: Vec<f64> = points.iter().map(|(t, _)| t / width).collect();
-    let moment = |power: i32| scaled.iter().map(|t| t.powi(power)).sum::<f64>();
-    let [m0, m1, m2, m3, m4] = [0, 1, 2, 3, 4].map(moment);
+    let moment = |of: fn(f64) -> f64| scaled.iter().map(|t| of(*t)).sum::<f64>();
+    let [m0, m1, m2] = [moment(|_| 1.0), moment(|t| t), moment(|t| t * t)];
+    let [m3, m4] = [moment(|t| t * t * t), moment(|t| t * t * t * t)];
     // First row of the inverse of the normal equations, by cofactors.
     let cofactors = [m2 * m4 - m3 * m3, m2 * m3 - m1 * m4, m1 * m3 - m2 * m2];
     let determinant = m0 * cofactors[0] + m1 * cofactors[1] + m2 * cofactors[2];

@@ -9,7 +9,7 @@
 use std::borrow::Cow;
 
 use domain::FaultModel;
-use numerics::{Stream, log_sum_exp::normalised};
+use numerics::{Stream, apportion, log_sum_exp::normalised};
 
 use super::{Estimator, Follower, PredictionSettings, RulEstimate};
 use crate::{
@@ -79,7 +79,7 @@ impl Follower for Life<'_> {
         let mut ends_fh = Vec::with_capacity(settings.draws);
         let (mut propagation, mut doubted) = (None, false);
         for (index, (Tracked { law, open, filter, .. }, draws)) in
-            self.tracked.iter().zip(allotted(&weights, settings.draws)).enumerate()
+            self.tracked.iter().zip(apportion(&weights, settings.draws)).enumerate()
         {
             let newest = open.closed_now().map(|block| filter.with(&block));
             let filter = newest.as_ref().unwrap_or(filter);
@@ -103,15 +103,4 @@ impl Follower for Life<'_> {
         }
         RulEstimate { ends_fh, propagation, doubted }
     }
-}
-
-/// So many draws by these weights, by largest remainder.
-pub(crate) fn allotted(weights: &[f64], draws: usize) -> Vec<usize> {
-    let exact: Vec<f64> = weights.iter().map(|weight| weight * draws as f64).collect();
-    let mut counts: Vec<usize> = exact.iter().map(|share| share.floor() as usize).collect();
-    let mut order: Vec<usize> = (0..weights.len()).collect();
-    order.sort_by(|&a, &b| (exact[b] - exact[b].floor()).total_cmp(&(exact[a] - exact[a].floor())).then(a.cmp(&b)));
-    let left = draws.saturating_sub(counts.iter().sum());
-    order.into_iter().cycle().take(left).for_each(|index| counts[index] += 1);
-    counts
 }
