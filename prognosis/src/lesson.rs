@@ -27,6 +27,8 @@ use crate::{
 
 /// Weights of growth, similarity and climatology where lives are few.
 const FIXED: [f64; 3] = [0.4, 0.4, 0.2];
+/// The same where growth is not described well.
+const WITHOUT_GROWTH: [f64; 3] = [0.0, 2.0 / 3.0, 1.0 / 3.0];
 /// Growth that may change is dear; its score must be that much better.
 const CLEARLY: f64 = 0.95;
 /// Draws of forecasts of lives held out.
@@ -75,7 +77,9 @@ impl Lesson {
         let [steady_without, changing_without] = without;
         let without = [if changes { changing_without } else { steady_without }];
         let class = Class { model, boundary: &boundary, growth: &without, others: true };
-        let stacked = stack(lives, &class, &settings(FIXED.to_vec()));
+        let growth = if changes { &changing } else { &steady };
+        let fixed = if growth.laws[0].edge().is_some() { WITHOUT_GROWTH } else { FIXED };
+        let stacked = stack(lives, &class, &settings(fixed.to_vec()));
         let kept: Vec<&EndedLife> = lives.iter().collect();
         Ok(Self {
             similar: LevelLives::learn(&kept, &boundary, &model.nominal)?,

@@ -33,7 +33,7 @@ const MOST: usize = 3;
 /// Smallest share of a law that is worth its time.
 const LEAST_SHARE: f64 = 0.02;
 /// Growth rates per characteristic life: of wear that slows down, of steady wear, and of wear that feeds on itself.
-const SLOWING: [f64; 4] = [-8.0, -3.0, -1.0, -0.3];
+const SLOWING: [f64; 5] = [-20.0, -8.0, -3.0, -1.0, -0.3];
 const STEADY: f64 = 1e-3;
 const FEEDING: [f64; 2] = [0.1, 15.0];
 const FEEDING_RATES: usize = 15;
@@ -115,19 +115,22 @@ impl GrowthLaws {
 }
 
 impl GrowthLaw {
+    /// The first or the last rate that is tried, where many lives grow at it: growth is not described well.
+    pub(crate) fn edge(&self) -> Option<usize> {
+        let weights = &self.prior.one_sided.rate_weights;
+        [0, weights.len() - 1].into_iter().find(|index| weights[*index] > AT_EDGE)
+    }
+
     /// What was learned at the edge of what is tried, or as nothing, in words.
     pub(crate) fn oddities(&self) -> Vec<String> {
         let Self { coordinate: Coordinate { exponent, .. }, prior, .. } = self;
         let mut oddities = Vec::new();
-        let weights = &prior.one_sided.rate_weights;
-        for (index, which) in [(0, "least"), (weights.len() - 1, "greatest")] {
-            if weights[index] > AT_EDGE {
-                oddities.push(format!(
-                    "{:.0} % of the lives grow at the {which} rate that is tried, {:.1} per characteristic life",
-                    100.0 * weights[index],
-                    prior.rates_per_h[index] * REFERENCE_LIFE_FH
-                ));
-            }
+        if let Some(index) = self.edge() {
+            oddities.push(format!(
+                "{:.0} % of the lives grow at the farthest rate that is tried, {:.1} per characteristic life",
+                100.0 * prior.one_sided.rate_weights[index],
+                prior.rates_per_h[index] * REFERENCE_LIFE_FH
+            ));
         }
         if [EXPONENTS[0], EXPONENTS[EXPONENTS.len() - 1]].contains(exponent) {
             oddities.push(format!("damage grows with its power {exponent}, the farthest that is tried"));
