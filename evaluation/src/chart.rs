@@ -188,9 +188,15 @@ pub fn round_step(rough: f64) -> f64 {
     steps.into_iter().find(|step| *step >= rough).unwrap_or(10.0 * power)
 }
 
-/// The text of a tick, with a true minus sign.
+/// The text of a tick, with a true minus sign; thousands and millions by their letter where there is no room for zeros.
 fn written(tick: f64) -> String {
-    if tick < 0.0 { format!("\u{2212}{}", -tick) } else { tick.to_string() }
+    let size = tick.abs();
+    let text = match size {
+        1e6.. => format!("{}M", size / 1e6),
+        1e4.. => format!("{}k", size / 1e3),
+        _ => size.to_string(),
+    };
+    if tick < 0.0 { format!("\u{2212}{text}") } else { text }
 }
 
 #[cfg(test)]
@@ -199,6 +205,12 @@ mod tests {
 
     fn axis(start: f64, end: f64) -> Axis<'static> {
         Axis { name: "t", start, end }
+    }
+
+    #[test]
+    fn ticks_have_room_for_their_numbers() {
+        let told = [0.0, 0.2, 8000.0, -10_000.0, 450_000.0, 2.5e6].map(written);
+        assert_eq!(told, ["0", "0.2", "8000", "\u{2212}10k", "450k", "2.5M"]);
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub struct Lesson {
 
 /// Lives that teach nothing.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Unteachable {
+pub enum NoLesson {
     /// None has observations enough.
     #[error(transparent)]
     History(#[from] NoHistory),
@@ -65,7 +65,7 @@ impl Lesson {
     /// # Errors
     ///
     /// If no life has a closed block of observations, or none ended in failure.
-    pub fn learn(lives: &[EndedLife], model: &FaultModel, seed: u64) -> Result<Self, Unteachable> {
+    pub fn learn(lives: &[EndedLife], model: &FaultModel, seed: u64) -> Result<Self, NoLesson> {
         let steady = GrowthLaws::learn(lives, model, seed)?;
         let changing = steady.with_growth_changes(lives, model, seed)?;
         let without = [&steady, &changing].map(|laws| LawsWithout::new(lives, laws, model, seed));

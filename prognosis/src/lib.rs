@@ -100,7 +100,7 @@ pub use growth_laws::{GrowthLaw, GrowthLaws, LawsWithout};
 pub use held_out::{HeldOutSettings, Members};
 pub use hierarchy::learn_from_finished;
 pub use kalman::robust_log_likelihood;
-pub use lesson::{Lesson, Unteachable};
+pub use lesson::{Lesson, NoLesson};
 pub use limits::ConsistencyLimits;
 pub use mixture::Mixture;
 pub use moments::Moments;

@@ -7,7 +7,7 @@ use evaluation::{
 };
 use numerics::Stream;
 use prognosis::{
-    EndedLife, Ending, Estimator, Lesson, Limits, Observation, PredictionSettings, Unteachable, fit_residual_noise,
+    EndedLife, Ending, Estimator, Lesson, Limits, NoLesson, Observation, PredictionSettings, fit_residual_noise,
     scale::reference_faults,
 };
 
@@ -108,9 +108,9 @@ fn lives_that_do_not_teach_are_refused() {
     assert_eq!(records.scale(), None);
     let scale = fleet(6).scale().unwrap();
     let refused = Lesson::learn(&records.ended(&scale, &[0.001]), &model, 1).unwrap_err();
-    assert!(matches!(refused, Unteachable::Failure(_)), "{refused}");
+    assert!(matches!(refused, NoLesson::Failure(_)), "{refused}");
     let nothing = EndedLife { observations: Vec::new(), end_fh: 100.0, ending: Ending::Failed };
-    assert!(matches!(Lesson::learn(&[nothing], &model, 1), Err(Unteachable::History(_))));
+    assert!(matches!(Lesson::learn(&[nothing], &model, 1), Err(NoLesson::History(_))));
 }
 
 /// One life that teaches is little, and still an answer: nothing is not finite, and the interval is wide.
