@@ -419,7 +419,7 @@ fn arrive(model: &Model, all: &[Estimate], order: &[usize], batch: usize) -> Out
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// However the estimates of a life arrive, and in however many batches, states and prognosis are the same.
     #[test]
