@@ -39,7 +39,8 @@ impl Unit {
     pub fn at(&self, reference: f64) -> f64 {
         match self.step {
             Some([step, told]) if (reference / step).round() * step == reference => (reference / step).round() * told,
-            _ => self.of(reference),
+            Some(_) => self.rounded(reference),
+            None => self.of(reference),
         }
     }
 

@@ -287,7 +287,12 @@ fn write(out: &OutputFolder, judged: &Judged, metrics: Option<&Metrics>, file: &
     })?;
     match metrics {
         Some(metrics) => say::text(metrics.summary(&judged.terms.time)),
-        None => say!("{} runs predicted; without truth there is nothing to judge", judged.recorded.len()),
+        None if judged.terms.actuators => {
+            say!("{} runs predicted; without truth there is nothing to judge", judged.recorded.len());
+        }
+        None => {
+            say!("{} units predicted; none of them has failed, so there is nothing to judge", judged.recorded.len())
+        }
     }
     Ok(())
 }
