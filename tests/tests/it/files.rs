@@ -98,7 +98,7 @@ fn without_line(text: &str, row: usize) -> String {
 }
 
 #[test]
-fn simulated_maps_train_a_bundle_that_diagnoses_them() {
+fn slow_simulated_maps_train_a_bundle_that_diagnoses_them() {
     let bench = Bench::new();
     let train = ["train", "--out", "b.json", "--dataset", "maps", "--samples", "50", "--lives", "10", "--seed", "3"];
     bench.succeeds(&train);
@@ -225,7 +225,7 @@ fn a_map_with_a_header_or_an_index_is_refused_and_blank_columns_are_passed_over(
 
 /// Interrupted in the middle of its writing, a command leaves nothing, and ends as one that the signal killed.
 #[test]
-fn a_signal_leaves_no_file_of_an_unfinished_result() {
+fn slow_a_signal_leaves_no_file_of_an_unfinished_result() {
     for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
         let bench = Bench { folder: tempfile::tempdir().unwrap() };
         // A folder of some 10 MB: writing it takes far longer than to see that it has begun.
@@ -273,7 +273,7 @@ fn a_wrong_diagnosis_is_refused() {
 }
 
 #[test]
-fn chains_are_chosen_by_name() {
+fn slow_chains_are_chosen_by_name() {
     let bench = Bench::new();
     let train = |out: &str, more: &[&str]| {
         let arguments = ["train", "--dataset", "maps", "--samples", "50", "--lives", "10", "--out", out];

@@ -170,7 +170,7 @@ async fn insist(store: &Store, id: &str) {
 }
 
 #[tokio::test]
-async fn nothing_is_acknowledged_while_the_file_or_its_log_is_gone_or_another() {
+async fn slow_nothing_is_acknowledged_while_the_file_or_its_log_is_gone_or_another() {
     let database = Database::new(Backend::Sqlite);
     let store = database.ready().await;
     store.accept(&operator(), upload("u0", "0001"), day(0.0)).await.unwrap();

@@ -102,7 +102,7 @@ fn add(total: &mut Tally, tally: Tally) {
 }
 
 #[tokio::test]
-async fn whatever_goes_wrong_what_was_acknowledged_holds() {
+async fn slow_whatever_goes_wrong_what_was_acknowledged_holds() {
     run_all(seeds(QUICK)).await;
 }
 
