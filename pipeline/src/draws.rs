@@ -12,7 +12,7 @@ use crate::{LifeContext, Model};
 /// Seed of every draw; the natural key tells lives and uploads apart.
 pub(crate) const SEED: u64 = 1;
 
-/// Draws of a state's quantiles and of its movement: they make the history chart, nobody acts on them.
+/// Draws of a state's quantiles and of its shift: they make the history chart, nobody acts on them.
 pub(crate) const FEW: Draws = Draws::fixed(200);
 
 impl Model {

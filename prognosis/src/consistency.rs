@@ -34,7 +34,7 @@ const CLEARANCE: f64 = 3.0;
 const MIN_SCATTERS: f64 = 20.0;
 /// Scatters that say that a life is observed as its fleet is.
 const USUAL_SCATTERS: f64 = 8.0;
-/// More often the usual scatter than this is no noise any more.
+/// More times the usual scatter than this is no noise any more.
 const FARTHEST_SCATTER: f64 = 2.5;
 /// One block scatters by no more than this, so that a gross error does not suffice.
 const GREATEST_SCATTER: f64 = 2.0;

@@ -24,21 +24,14 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// The scale whose unit is the reference hour.
-    pub const REFERENCE: Self = Self { characteristic_life: REFERENCE_LIFE_FH };
-
     /// A time in reference hours.
     pub fn reference_fh(&self, time: f64) -> f64 {
-        if *self == Self::REFERENCE { time } else { rounded(time / self.characteristic_life) * REFERENCE_LIFE_FH }
+        rounded(time / self.characteristic_life) * REFERENCE_LIFE_FH
     }
 
     /// A time in the user's unit, from reference hours.
     pub fn time(&self, reference_fh: f64) -> f64 {
-        if *self == Self::REFERENCE {
-            reference_fh
-        } else {
-            reference_fh / REFERENCE_LIFE_FH * self.characteristic_life
-        }
+        reference_fh / REFERENCE_LIFE_FH * self.characteristic_life
     }
 }
 
@@ -72,11 +65,5 @@ mod tests {
             prop_assert!((in_units(factor) - scale.reference_fh(time)).abs() <= REFERENCE_LIFE_FH / GRAIN);
             prop_assert!((scale.time(scale.reference_fh(time)) - time).abs() <= 1e-9 * life);
         }
-    }
-
-    #[test]
-    fn reference_hours_are_their_own() {
-        let time = 1_234.567_890_123_4;
-        assert_eq!((Scale::REFERENCE.reference_fh(time), Scale::REFERENCE.time(time)), (time, time));
     }
 }

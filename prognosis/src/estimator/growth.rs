@@ -81,16 +81,19 @@ impl Follower for Life<'_> {
         for (index, (Tracked { law, open, filter, .. }, draws)) in
             self.tracked.iter().zip(apportion(&weights, settings.draws)).enumerate()
         {
+            if index > 0 && draws == 0 {
+                continue;
+            }
             let newest = open.closed_now().map(|block| filter.with(&block));
             let filter = newest.as_ref().unwrap_or(filter);
-            if propagation.is_none() {
-                propagation = Some(filter.posterior().propagation());
+            let posterior = filter.posterior();
+            if index == 0 {
+                propagation = Some(posterior.propagation());
                 doubted = filter.doubt().is_some();
             }
             if draws == 0 {
                 continue;
             }
-            let posterior = filter.posterior();
             let settings = ForecastSettings {
                 draws: Draws::fixed(draws),
                 horizon_fh: settings.horizon_fh,
