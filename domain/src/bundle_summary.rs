@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ContentHash, FaultModel, Mask};
+use crate::{ContentHash, FaultMeasure, FaultModel, Mask};
 
 /// A bundle's name and the facts by which uploads are checked and answers are labelled.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -19,4 +19,7 @@ pub struct BundleSummary {
     pub k_nom: f64,
     /// Fewest valid samples for a diagnosis: modes + 2.
     pub min_samples: usize,
+    /// What own diagnoses mean, of a bundle that reads no maps; then there are no masks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measure: Option<FaultMeasure>,
 }

@@ -6,7 +6,7 @@ use airframe::load_estimator::LoadEstimator;
 use diagnosis::Diagnoser;
 use domain::{BundleSummary, ContentHash, FaultModel, Invalid, Mask, json};
 use ema::motor::Motor;
-use prognosis::{prior::FleetPrior, surrogate::Surrogate};
+use prognosis::{LifePrior, surrogate::Surrogate};
 use reduction::{GappyPod, ReductionError, SelfOrganisingMap};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -43,7 +43,7 @@ pub struct Bundle {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loads: Option<LoadModel>,
     /// Prior of new lives until the operator's own fleet has taught a better one.
-    pub prior: FleetPrior,
+    pub prior: LifePrior,
     /// How good it was on data that it had not seen.
     pub metrics: Metrics,
 }
@@ -221,6 +221,7 @@ impl Model {
             masks: self.bundle.masks.clone(),
             k_nom: self.bundle.motor.back_emf_v_s_rad,
             min_samples: self.bundle.with_load_ratio.needed_samples(),
+            measure: None,
         }
     }
 

@@ -48,7 +48,7 @@ impl Model {
         let unusable = Unusable::of(&believed);
         let newest = usable.last().or(believed.last().copied()).cloned();
         let observations: Vec<Observation> = usable.iter().filter_map(observation).collect();
-        let clock = &context.prior.body.clock;
+        let clock = context.prior.body.clock();
         let mut blocks = blocks(&observations, clock);
         for block in &mut blocks {
             // A mean may be rounded to before all that it is the mean of.

@@ -37,7 +37,7 @@ impl Model {
             ],
         );
         let lag_fh = newest.flight_hours - posterior.t_fh();
-        let prior = &context.prior.body;
+        let prior = context.prior.body.first();
         let horizon_fh = prior.clock.horizon_fh;
         let settings = ForecastSettings { draws, horizon_fh, ..ForecastSettings::default() };
         forecast(posterior, lag_fh, &self.bundle.surrogate, prior.failure_time_error, &settings, &stream)

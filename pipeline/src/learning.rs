@@ -46,7 +46,7 @@ impl Model {
         };
         let lives: Vec<FinishedLife> = lives.iter().map(finished).collect();
         let Self { bundle, prior, .. } = self;
-        let learned = learn_from_finished(&prior.body, &lives, &bundle.faults, &bundle.surrogate, SEED);
+        let learned = learn_from_finished(prior.body.first(), &lives, &bundle.faults, &bundle.surrogate, SEED);
         Ok(learned.map_or_else(|_| Prior::clone(prior), Prior::new))
     }
 

@@ -76,7 +76,7 @@ impl Model {
         if superseded && outlook.states_from.is_none() && standing > 0 {
             return Ok(outlook);
         }
-        let clock = &context.prior.body.clock;
+        let clock = context.prior.body.clock();
         let last_state = outlook.states.last().or(known[..standing].last());
         let forecast = match (&outlook.latest, last_state) {
             (Some(latest), Some(state)) if course.in_closed_blocks() >= clock.observations => {
@@ -124,7 +124,7 @@ impl Model {
             dominant_fault: dominant_fault(&self.bundle.faults, draws.dominant_group(), &faults),
             faults,
             propagation: posterior.propagation(),
-            rul: RulDistribution::from_draws(&draws.ends_fh, context.prior.body.clock.horizon_fh),
+            rul: RulDistribution::from_draws(&draws.ends_fh, context.prior.body.clock().horizon_fh),
             p10_error_fh: draws.p10_error_fh,
             median_error_fh: draws.median_error_fh,
             probability_failed: draws.failed_fraction,

@@ -1,26 +1,27 @@
-//! The fleet prior that judges a life: the bundle's own, or one that an operator's finished lives taught.
+//! The prior that judges a life: the bundle's own, or one that an operator's finished lives taught.
 
 use domain::ContentHash;
-use prognosis::FleetPrior;
+use prognosis::LifePrior;
 
-/// A fleet prior under its name.
+/// A prior under its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prior {
     /// SHA-256 of its canonical JSON.
     pub hash: ContentHash,
     /// What it says.
-    pub body: FleetPrior,
+    pub body: LifePrior,
 }
 
 impl Prior {
     /// Names a prior by its content.
-    pub fn new(body: FleetPrior) -> Self {
+    pub fn new(body: impl Into<LifePrior>) -> Self {
+        let body = body.into();
         Self { hash: ContentHash::of_json(&body), body }
     }
 
     /// Reads canonical JSON.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, serde_json::Error> {
-        serde_json::from_slice(bytes).map(Self::new)
+        serde_json::from_slice(bytes).map(|body: LifePrior| Self::new(body))
     }
 
     /// Canonical JSON.

@@ -25,7 +25,7 @@ pub fn check(bundle: &Bundle) -> Result<(), Invalid> {
     {
         checked.diagnoser(path, diagnoser);
     }
-    checked.prior(&bundle.prior);
+    bundle.prior.growth.laws.iter().for_each(|law| checked.prior(&law.prior));
     if let Some(loads) = &bundle.loads {
         checked.loads(loads);
     }

@@ -153,7 +153,7 @@ pub fn train(
         with_load_ratio: diagnosis.with_load_ratio,
         without_load_ratio: diagnosis.without_load_ratio,
         surrogate,
-        prior,
+        prior: prior.into(),
         metrics: Metrics { diagnosis: diagnosis.metrics, surrogate: surrogate_metrics },
     })
 }

@@ -95,7 +95,7 @@ impl Walk<'_> {
             Some(recalled) => recalled,
             None => {
                 let Prior { body, .. } = self.context.prior;
-                (Filter::new(&self.model.bundle.faults, body).beginning_at(self.context.began_fh), 0)
+                (Filter::new(&self.model.bundle.faults, body.first()).beginning_at(self.context.began_fh), 0)
             }
         }
     }
@@ -123,7 +123,7 @@ impl Walk<'_> {
             Step { course: self.course, index: *index, before, expected, after_fh: &ends_fh }
                 .shift(self.model, self.context)
         });
-        let rul = RulDistribution::from_draws(&ends_fh, self.context.prior.body.clock.horizon_fh);
+        let rul = RulDistribution::from_draws(&ends_fh, self.context.prior.body.clock().horizon_fh);
         Ok(State {
             block: block.index,
             from_fh: inside[0].flight_hours,

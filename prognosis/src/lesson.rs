@@ -15,13 +15,14 @@ use serde::{Deserialize, Serialize};
 use crate::{
     boundary::Limits,
     clock::Clock,
+    companions::Companions,
     ended::EndedLife,
     estimator::{Climatology, Estimator, Growth, LevelLives, PredictionSettings, Similarity},
     fit::NoHistory,
     growth_laws::{GrowthLaws, LawsWithout},
     held_out::{HeldOutSettings, Members},
     mixture::Mixture,
-    stacking::{StackSettings, Stacked, stack},
+    stacking::{StackSettings, stack},
     survival::NoFailure,
 };
 
@@ -39,12 +40,8 @@ const DRAWS: usize = 200;
 pub struct Lesson {
     /// How faults grow.
     pub growth: GrowthLaws,
-    /// How long earlier lives went on from each level.
-    pub similar: LevelLives,
-    /// How long they lasted.
-    pub climatology: Climatology,
-    /// Weights of these three in this order, and recalibration.
-    pub stacked: Stacked,
+    /// What stands beside that.
+    pub companions: Companions,
 }
 
 /// Lives that teach nothing.
@@ -82,10 +79,12 @@ impl Lesson {
         let stacked = stack(lives, &class, &settings(fixed.to_vec()));
         let kept: Vec<&EndedLife> = lives.iter().collect();
         Ok(Self {
-            similar: LevelLives::learn(&kept, &boundary, &model.nominal)?,
-            climatology: Climatology::learn(lives.iter().map(|life| (life.end_fh, life.ending)))?,
             growth: if changes { changing } else { steady },
-            stacked,
+            companions: Companions {
+                similar: LevelLives::learn(&kept, &boundary, &model.nominal)?,
+                climatology: Climatology::learn(lives.iter().map(|life| (life.end_fh, life.ending)))?,
+                stacked,
+            },
         })
     }
 
@@ -96,7 +95,7 @@ impl Lesson {
 
     /// Similarity of levels alone; `boundary` is [`Limits::reference`] of the model.
     pub fn similarity<'a>(&'a self, model: &'a FaultModel, boundary: &'a Limits) -> Similarity<'a> {
-        Similarity { lives: Cow::Borrowed(&self.similar), model, boundary }
+        Similarity { lives: Cow::Borrowed(&self.companions.similar), model, boundary }
     }
 
     /// All three, weighed and recalibrated.
@@ -104,11 +103,11 @@ impl Lesson {
         let members: [Box<dyn Estimator + 'a>; 3] = [
             Box::new(self.growth(model)),
             Box::new(self.similarity(model, boundary)),
-            Box::new(self.climatology.clone()),
+            Box::new(self.companions.climatology.clone()),
         ];
         Mixture {
-            members: self.stacked.weights.iter().copied().zip(members).collect(),
-            recalibration: self.stacked.recalibration.clone(),
+            members: self.companions.stacked.weights.iter().copied().zip(members).collect(),
+            recalibration: self.companions.stacked.recalibration.clone(),
         }
     }
 

@@ -49,7 +49,7 @@ async fn opened(place: &str) -> Result<Store, store::StoreError> {
     let store = Store::open(url, Options::default()).await?;
     let (body, now) = (b"bundle", Timestamp::from_micros(1_772_366_400_000_000));
     let (hash, faults, masks) = (ContentHash::of(body), FaultModel::electrical(), vec![mask()]);
-    let bundle = BundleSummary { hash, prior: hash, faults, masks, k_nom: 0.0752, min_samples: 8 };
+    let bundle = BundleSummary { hash, prior: hash, faults, masks, k_nom: 0.0752, min_samples: 8, measure: None };
     store.register_bundle(&bundle, body, Actor::Cli.at(now)).await?;
     store.activate_bundle(&hash, Actor::Cli.at(now)).await?;
     Ok(store)

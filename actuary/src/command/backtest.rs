@@ -192,7 +192,7 @@ fn actuators(arguments: &Arguments, model: &Path, out: &OutputFolder, bar: &Prog
         seed: SEED,
     };
     let model = knowledge::read_model(model)?;
-    let names = chosen(arguments, &model.bundle().prior)?;
+    let names = chosen(arguments, model.bundle().prior.first())?;
     let files = Files {
         histories: &arguments.histories,
         truths: &arguments.truth,

@@ -30,6 +30,6 @@ fn slow_a_small_bundle_keeps_the_promises_of_its_method() {
     }
     let surrogate = bundle.metrics.surrogate.figure_regression.unwrap();
     assert!(surrogate.accuracy >= 0.98, "{surrogate:?}");
-    let error = bundle.prior.failure_time_error.expect("twenty lives are enough to learn it");
+    let error = bundle.prior.first().failure_time_error.expect("twenty lives are enough to learn it");
     assert!(error.sd_fh < 200.0 && error.offset_fh.abs() < 150.0, "{error:?}");
 }

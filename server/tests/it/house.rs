@@ -147,6 +147,7 @@ impl House {
             masks: vec![mask()],
             k_nom: 0.0752,
             min_samples: 2,
+            measure: None,
         };
         store.register_bundle(&summary, body, Actor::Cli.at(time(START))).await.unwrap();
         store.activate_bundle(&summary.hash, Actor::Cli.at(time(START))).await.unwrap();

@@ -106,7 +106,14 @@ async fn finished_lives_teach_the_prior_of_later_ones() {
     let prior = Prior::from_bytes(&store.prior_body(&operator, &learned.hash).await.unwrap().unwrap()).unwrap();
     assert_eq!(prior.hash, learned.hash);
     let mean_rate = |prior: &Prior| -> f64 {
-        prior.body.rates_per_h.iter().zip(&prior.body.one_sided.rate_weights).map(|(rate, weight)| rate * weight).sum()
+        prior
+            .body
+            .first()
+            .rates_per_h
+            .iter()
+            .zip(&prior.body.first().one_sided.rate_weights)
+            .map(|(rate, weight)| rate * weight)
+            .sum()
     };
     assert!(mean_rate(&prior) > mean_rate(model.prior()), "these lives grow faster than the bundle's fleet");
 

@@ -30,7 +30,7 @@ pub fn gather(
 ) -> Result<Knowledge> {
     let bundle = model.bundle();
     let (faults, surrogate) = (bundle.faults.clone(), bundle.surrogate.clone());
-    let mut knowledge = Knowledge::new(faults, surrogate, &bundle.prior, DIAGNOSIS_SD.into());
+    let mut knowledge = Knowledge::new(faults, surrogate, bundle.prior.first(), DIAGNOSIS_SD.into());
     if !labels.is_empty() {
         knowledge.replace_surrogate(train_surrogate(labels, &knowledge.faults)?);
     }

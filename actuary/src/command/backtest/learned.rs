@@ -72,7 +72,7 @@ impl Learned {
     /// Tells a lesson of faults of these names, observed with this noise in reference deviations.
     pub fn new(lesson: &Lesson, scale: &Scale, faults: &[String], sigma: &[f64]) -> Self {
         let severities = sigma.iter().map(|sigma| sigma / REFERENCE_LIMIT);
-        let held_out = lesson.stacked.record.as_ref().map(|record| HeldOut {
+        let held_out = lesson.companions.stacked.record.as_ref().map(|record| HeldOut {
             lives: record.lives,
             forecasts: record.forecasts,
             crps: scale.time(record.crps_fh),
@@ -84,9 +84,9 @@ impl Learned {
             characteristic_life: scale.characteristic_life,
             noise: faults.iter().cloned().zip(severities).collect(),
             growth: lesson.growth.laws.iter().map(Law::new).collect(),
-            similarity: Similarity { pace_power: lesson.similar.power },
-            weights: Weights::new(&lesson.stacked.weights),
-            recalibration: lesson.stacked.recalibration.clone(),
+            similarity: Similarity { pace_power: lesson.companions.similar.power },
+            weights: Weights::new(&lesson.companions.stacked.weights),
+            recalibration: lesson.companions.stacked.recalibration.clone(),
             held_out,
         }
     }

@@ -96,7 +96,7 @@ fn contestant<'a>(
         EstimatorName::Mixture => Box::new(lesson.mixture(faults, limits)),
         EstimatorName::Growth => Box::new(lesson.growth(faults)),
         EstimatorName::Similarity => Box::new(lesson.similarity(faults, limits)),
-        EstimatorName::Climatology => Box::new(lesson.climatology.clone()),
+        EstimatorName::Climatology => Box::new(lesson.companions.climatology.clone()),
         _ => unreachable!("refused before"),
     })
 }

@@ -135,6 +135,7 @@ mod tests {
             masks: vec![Mask::new(Coordinate::ElectricalAngleRad, map_length, vec![1, 2]).unwrap()],
             k_nom: 0.0752,
             min_samples: 2,
+            measure: None,
         };
         BundleRecord { summary, active: false, added_at: Timestamp::from_micros(0) }
     }

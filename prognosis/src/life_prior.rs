@@ -1,0 +1,111 @@
+//! What is known of a life before it begins.
+//!
+//! - What: how faults grow, and, where past lives told it, how long lives go on beside that.
+//! - Update rule: none; [`Lesson::learn`](crate::Lesson::learn) and [`learn_from_finished`](crate::learn_from_finished) make it.
+//! - Requirements: one law in the faults' own measure, with nothing beside it, is written as its [`FleetPrior`] alone.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    clock::Clock,
+    companions::Companions,
+    coordinate::Coordinate,
+    growth_laws::{GrowthLaw, GrowthLaws},
+    lesson::Lesson,
+    prior::FleetPrior,
+};
+
+/// What is known of a life before it begins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Written", into = "Written")]
+pub struct LifePrior {
+    /// How faults grow.
+    pub growth: GrowthLaws,
+    /// What past lives tell beside that.
+    pub companions: Option<Companions>,
+}
+
+impl LifePrior {
+    /// The grain of time, which all laws share.
+    pub fn clock(&self) -> &Clock {
+        &self.first().clock
+    }
+
+    /// What is known of growth by the most frequent law.
+    pub fn first(&self) -> &FleetPrior {
+        &self.growth.laws[0].prior
+    }
+
+    /// The prior of its only law, where that is in the faults' own measure and nothing stands beside it.
+    fn alone(&self) -> Option<&FleetPrior> {
+        match &self.growth.laws[..] {
+            [GrowthLaw { coordinate, prior, .. }]
+                if *coordinate == Coordinate::IDENTITY && self.companions.is_none() =>
+            {
+                Some(prior)
+            }
+            _ => None,
+        }
+    }
+}
+
+impl From<FleetPrior> for LifePrior {
+    fn from(prior: FleetPrior) -> Self {
+        let law = GrowthLaw { coordinate: Coordinate::IDENTITY, prior, share: 1.0 };
+        Self { growth: GrowthLaws { laws: vec![law] }, companions: None }
+    }
+}
+
+impl From<Lesson> for LifePrior {
+    fn from(Lesson { growth, companions }: Lesson) -> Self {
+        Self { growth, companions: Some(companions) }
+    }
+}
+
+/// Its JSON.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Written {
+    Several { growth: GrowthLaws, companions: Option<Companions> },
+    Alone(FleetPrior),
+}
+
+impl From<Written> for LifePrior {
+    fn from(written: Written) -> Self {
+        match written {
+            Written::Several { growth, companions } => Self { growth, companions },
+            Written::Alone(prior) => prior.into(),
+        }
+    }
+}
+
+impl From<LifePrior> for Written {
+    fn from(prior: LifePrior) -> Self {
+        match prior.alone() {
+            Some(alone) => Self::Alone(alone.clone()),
+            None => Self::Several { growth: prior.growth, companions: prior.companions },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_law_alone_is_written_as_its_prior() {
+        let fleet = FleetPrior::vague();
+        let prior = LifePrior::from(fleet.clone());
+        let json = serde_json::to_string(&prior).expect("a prior serialises");
+        assert_eq!(json, serde_json::to_string(&fleet).expect("a prior serialises"));
+        assert_eq!(serde_json::from_str::<LifePrior>(&json).expect("a prior"), prior);
+    }
+
+    #[test]
+    fn another_measure_or_law_is_written_whole() {
+        let mut prior = LifePrior::from(FleetPrior::vague());
+        prior.growth.laws[0].coordinate = Coordinate { exponent: 1.5, offset: 0.2 };
+        let json = serde_json::to_string(&prior).expect("a prior serialises");
+        assert_eq!(serde_json::from_str::<LifePrior>(&json).expect("a prior"), prior);
+    }
+}
