@@ -6,7 +6,7 @@ use airframe::load_estimator::LoadEstimator;
 use diagnosis::Diagnoser;
 use domain::{BundleSummary, ContentHash, FaultModel, Invalid, Mask, json};
 use ema::motor::Motor;
-use prognosis::{LifePrior, surrogate::Surrogate};
+use prognosis::{Boundary, LifePrior, surrogate::Surrogate};
 use reduction::{GappyPod, ReductionError, SelfOrganisingMap};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -210,6 +210,11 @@ impl Model {
     /// The bundle's own prior.
     pub fn prior(&self) -> &Arc<Prior> {
         &self.prior
+    }
+
+    /// The boundary at which life ends.
+    pub(crate) fn boundary(&self) -> &dyn Boundary {
+        &self.bundle.surrogate
     }
 
     /// What the shells need to know of it.

@@ -1,7 +1,7 @@
 //! What is kept of a filter, so that a life goes on where it was.
 
 use domain::ContentHash;
-use prognosis::filter::Filter;
+use prognosis::LifeFilter;
 
 use crate::{Model, Prior};
 
@@ -12,14 +12,14 @@ pub struct Checkpoint {
     pub block: u64,
     /// Digest of all that the filter has seen.
     pub digest: ContentHash,
-    /// The filter.
-    pub filter: Filter,
+    /// The filters of its prior's laws.
+    pub filter: LifeFilter,
 }
 
 impl Checkpoint {
-    /// Reads what [`Filter::to_bytes`] wrote; `None` if it was not of a life under this bundle and prior.
+    /// Reads what [`LifeFilter::to_bytes`] wrote; `None` if it was not of a life under this bundle and prior.
     pub fn restore(model: &Model, prior: &Prior, block: u64, digest: ContentHash, bytes: &[u8]) -> Option<Self> {
-        let filter = Filter::from_bytes(&model.bundle.faults, prior.body.first(), bytes).ok()?;
+        let filter = LifeFilter::from_bytes(&model.bundle.faults, &prior.body, bytes).ok()?;
         Some(Self { block, digest, filter })
     }
 }

@@ -7,7 +7,7 @@ use domain::{
     ContentHash, Estimate, NUMERICS_VERSION, Outcome, SetAside, SetAsideReason, State, UploadId,
     block::MIN_OBSERVATIONS, prognosis::Gap,
 };
-use prognosis::{Block, Clock, Observation, blocks, unclosed};
+use prognosis::{Block, Clock, MeasuredLife, Observation, blocks};
 use serde::Serialize;
 
 use crate::{LifeContext, Model, chronology::implausible_hours};
@@ -27,8 +27,10 @@ pub struct Course {
     pub(crate) newest: Option<Estimate>,
     /// Closed blocks of the usable ones.
     pub(crate) blocks: Vec<Block>,
-    /// What lies between the last closed block and those of no block yet, where that is a gap, and what those say.
-    pub(crate) gap: Option<(Gap, Block)>,
+    /// What the prior's laws and levels make of them.
+    pub(crate) measured: MeasuredLife,
+    /// What lies between the last closed block and those of no block yet, where that is a gap.
+    pub(crate) gap: Option<Gap>,
     /// Digests of bundle, prior, life and every observation up to the end of each block.
     pub(crate) digests: Vec<ContentHash>,
     /// The digest of the same and of what no block has closed over yet.
@@ -62,8 +64,10 @@ impl Model {
         let digests = blocks.iter().map(|block| chained(&usable[block.observations.clone()])).collect();
         let open = blocks.last().map_or(0, |block| block.observations.end);
         let inputs_digest = chained(&usable[open..]);
-        let gap = gap(&usable, open, clock).zip(unclosed(&observations, &blocks, clock));
-        Course { excluded, contested, unusable, newest, blocks, gap, digests, inputs_digest, usable }
+        let gap = gap(&usable, open, clock);
+        let assessed = (&self.bundle.faults, self.boundary());
+        let measured = MeasuredLife::new((&observations, &blocks), context.began_fh, &context.prior.body, assessed);
+        Course { excluded, contested, unusable, newest, blocks, measured, gap, digests, inputs_digest, usable }
     }
 
     /// What every digest of the life begins with.

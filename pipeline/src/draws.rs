@@ -3,8 +3,8 @@
 use domain::{Estimate, Life};
 use numerics::Stream;
 use prognosis::{
-    forecast::{self, Draws, ForecastSettings, forecast},
-    posterior::Posterior,
+    Known, Now,
+    forecast::{Draws, Forecast},
 };
 
 use crate::{LifeContext, Model};
@@ -20,11 +20,11 @@ impl Model {
     pub(crate) fn draw(
         &self,
         context: &LifeContext,
-        posterior: &Posterior,
+        known: &Known,
         newest: &Estimate,
         key: &Estimate,
         draws: Draws,
-    ) -> forecast::Forecast {
+    ) -> Forecast {
         let Life { component, overhaul_index } = context.life;
         let stream = Stream::new(
             SEED,
@@ -36,10 +36,7 @@ impl Model {
                 key.upload_id.as_str(),
             ],
         );
-        let lag_fh = newest.flight_hours - posterior.t_fh();
-        let prior = context.prior.body.first();
-        let horizon_fh = prior.clock.horizon_fh;
-        let settings = ForecastSettings { draws, horizon_fh, ..ForecastSettings::default() };
-        forecast(posterior, lag_fh, &self.bundle.surrogate, prior.failure_time_error, &settings, &stream)
+        let now = Now { lag_fh: newest.flight_hours - known.t_fh(), age_fh: newest.flight_hours - context.began_fh };
+        context.prior.body.forecast(known, now, self.boundary(), draws, &stream)
     }
 }

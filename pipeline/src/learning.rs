@@ -1,22 +1,23 @@
-//! What the finished lives of an operator teach: a fleet prior.
+//! What the lives of an operator teach that are over: a prior.
 
 use domain::{Estimate, UploadId};
-use prognosis::{FinishedLife, block::Observation, learn_from_finished};
+use prognosis::{EndedLife, Ending, block::Observation, learn_from_ended};
 
 use crate::{Model, Prior, course::observation};
 
 /// Seed of everything random in learning.
 const SEED: u64 = 1;
 
-/// A life that ended in failure, as the service has followed it.
+/// A life that is over, as the service has followed it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PastLife {
     /// Estimates that count in it, in its order.
     pub estimates: Vec<Estimate>,
     /// The component's hours since new at which it began.
     pub began_fh: f64,
-    /// The hours since new at which it was found failed.
-    pub failure_fh: f64,
+    /// The hours since new at which it was found failed; `None` of one whose component was removed serviceable or
+    /// overhauled in time, of which the last estimate tells how far it went.
+    pub failure_fh: Option<f64>,
 }
 
 /// A life that is to teach holds an estimate that is not of the bundle's faults.
@@ -32,7 +33,7 @@ pub struct OtherFaults {
 }
 
 impl Model {
-    /// What finished lives teach, starting from the bundle's own prior, which stays where nothing was seen of them.
+    /// What lives that are over teach, starting from the bundle's own prior, which stays where nothing was seen of them.
     /// Offline: seconds to minutes on all cores. Refuses estimates that are not of the bundle's faults.
     pub fn learn_prior(&self, lives: &[PastLife]) -> Result<Prior, OtherFaults> {
         lives.iter().flat_map(|life| &life.estimates).try_for_each(|estimate| self.knows_faults_of(estimate))?;
@@ -40,13 +41,18 @@ impl Model {
             t_fh: observation.t_fh - life.began_fh,
             ..observation
         };
-        let finished = |life: &PastLife| FinishedLife {
-            observations: life.estimates.iter().filter_map(observation).map(|one| since_beginning(life, one)).collect(),
-            failure_fh: life.failure_fh - life.began_fh,
+        let ended = |life: &PastLife| {
+            let seen = life.estimates.iter().filter_map(observation).map(|one| since_beginning(life, one));
+            let observations: Vec<Observation> = seen.collect();
+            let (end_fh, ending) = match life.failure_fh {
+                Some(failure_fh) => (failure_fh - life.began_fh, Ending::Failed),
+                None => (observations.last()?.t_fh, Ending::Removed),
+            };
+            Some(EndedLife { observations, end_fh, ending })
         };
-        let lives: Vec<FinishedLife> = lives.iter().map(finished).collect();
+        let lives: Vec<EndedLife> = lives.iter().filter_map(ended).collect();
         let Self { bundle, prior, .. } = self;
-        let learned = learn_from_finished(prior.body.first(), &lives, &bundle.faults, &bundle.surrogate, SEED);
+        let learned = learn_from_ended(&prior.body, &lives, &bundle.faults, self.boundary(), SEED);
         Ok(learned.map_or_else(|_| Prior::clone(prior), Prior::new))
     }
 

@@ -12,8 +12,7 @@ use domain::{
     prognosis::{Forecast, Gap, InsufficientHistory},
 };
 use prognosis::{
-    Clock,
-    filter::Filter,
+    Clock, LifeFilter,
     forecast::{self, Draws},
 };
 
@@ -104,17 +103,14 @@ impl Model {
         &self,
         context: &LifeContext,
         course: &Course,
-        filter: &Filter,
+        filter: &LifeFilter,
         newest: &Estimate,
         state: &State,
     ) -> Result<Forecast, OutlookError> {
-        let gap = course.gap.as_ref().map(|(gap, _)| *gap);
-        let posterior = match &course.gap {
-            None => filter.posterior(),
-            Some((_, since)) => filter.with(since).posterior(),
-        };
-        let draws = self.draw(context, &posterior, newest, newest, Draws::precise());
-        let faults = posterior.trends();
+        let gap = course.gap;
+        let known = filter.known_now(&course.measured, gap.is_some());
+        let draws = self.draw(context, &known, newest, newest, Draws::precise());
+        let faults = known.trends();
         check_finite(&faults, state.block)?;
         let mut doubts = state.doubts.clone();
         doubts.extend(outside_training(&draws));
@@ -123,7 +119,7 @@ impl Model {
         Ok(Forecast {
             dominant_fault: dominant_fault(&self.bundle.faults, draws.dominant_group(), &faults),
             faults,
-            propagation: posterior.propagation(),
+            propagation: known.propagation(),
             rul: RulDistribution::from_draws(&draws.ends_fh, context.prior.body.clock().horizon_fh),
             p10_error_fh: draws.p10_error_fh,
             median_error_fh: draws.median_error_fh,

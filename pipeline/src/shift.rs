@@ -9,7 +9,7 @@ use domain::{
     FaultModel, RulDistribution,
     explanation::{Shift, Surprise},
 };
-use prognosis::{Moments, posterior::Posterior};
+use prognosis::{Expectation, Known};
 
 use crate::{Course, LifeContext, Model, draws::FEW};
 
@@ -23,9 +23,9 @@ pub(crate) struct Step<'a> {
     /// The index of the next block.
     pub index: usize,
     /// What was known before it.
-    pub before: &'a Posterior,
+    pub before: &'a Known,
     /// What that led one to expect of its entries.
-    pub expected: &'a [Moments],
+    pub expected: &'a [Expectation],
     /// Draws of the end of life from what is known after it, counted from its last upload.
     pub after_fh: &'a [Option<f64>],
 }
@@ -51,15 +51,13 @@ impl Step<'_> {
 
     /// What the block showed against what was expected of it, the most surprising fault first.
     fn surprises(&self, faults: &FaultModel) -> Vec<Surprise> {
-        let seen = faults.names.iter().zip(&self.course.blocks[self.index].mean).zip(self.expected);
-        let mut surprises: Vec<Surprise> = seen
-            .map(|((fault, &seen), expected)| Surprise {
-                fault: fault.clone(),
-                expected: expected.mean,
-                seen,
-                z: (seen - expected.mean) / expected.sigma,
-            })
-            .collect();
+        let surprise = |(fault, expected): (&String, &Expectation)| Surprise {
+            fault: fault.clone(),
+            expected: expected.expected(),
+            seen: expected.seen(),
+            z: expected.z(),
+        };
+        let mut surprises: Vec<Surprise> = faults.names.iter().zip(self.expected).map(surprise).collect();
         surprises.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
         surprises
     }

@@ -8,10 +8,10 @@
 use std::sync::Arc;
 
 use domain::{Doubt, FaultTrend, RulDistribution, State};
-use prognosis::{Moments, filter::Filter, posterior::Posterior};
+use prognosis::{Expectation, Known, LifeFilter};
 use rayon::prelude::*;
 
-use crate::{Course, LifeContext, Model, Prior, checkpoint::Checkpoint, draws::FEW, shift::Step};
+use crate::{Course, LifeContext, Model, checkpoint::Checkpoint, draws::FEW, shift::Step};
 
 /// Every so many blocks of a life its filter is worth keeping for good; so many blocks are drawn side by side.
 const CHECKPOINT_BLOCKS: usize = 25;
@@ -47,8 +47,8 @@ pub(crate) struct Walk<'a> {
 struct Passage {
     index: usize,
     /// Before it, with what that led one to expect of its entries.
-    before: Option<(Arc<Posterior>, Vec<Moments>)>,
-    after: Arc<Posterior>,
+    before: Option<(Arc<Known>, Vec<Expectation>)>,
+    after: Arc<Known>,
     doubts: Vec<Doubt>,
 }
 
@@ -61,15 +61,16 @@ impl Walk<'_> {
         checkpoints: &mut Vec<Checkpoint>,
     ) -> Result<Option<Checkpoint>, OutlookError> {
         let (mut filter, begun) = self.begin(standing);
-        let mut known = (begun > 0 && begun == standing).then(|| Arc::new(filter.posterior()));
+        let life = &self.course.measured;
+        let mut known = (begun > 0 && begun == standing).then(|| Arc::new(filter.known(life, begun - 1)));
         let mut passages = Vec::new();
-        for (index, block) in self.course.blocks.iter().enumerate().skip(begun) {
-            let before = known.take().map(|known| (known, filter.expect(block)));
-            filter.update(block);
+        for index in begun..self.course.blocks.len() {
+            let before = known.take().map(|known| (known, filter.expect(life, index)));
+            filter.update(life, index);
             if index + 1 < standing {
                 continue;
             }
-            let after = Arc::new(filter.posterior());
+            let after = Arc::new(filter.known(life, index));
             known = Some(after.clone());
             if index >= standing {
                 passages.push(Passage { index, before, after, doubts: filter.doubt().into_iter().collect() });
@@ -86,7 +87,7 @@ impl Walk<'_> {
     }
 
     /// The filter from which to follow, and how many blocks it has seen: at most as many as stand.
-    fn begin(&mut self, standing: usize) -> (Filter, usize) {
+    fn begin(&mut self, standing: usize) -> (LifeFilter, usize) {
         let seen = |checkpoint: &Checkpoint| {
             let place = self.course.digests[..standing].iter().position(|digest| *digest == checkpoint.digest);
             place.map(|index| index + 1)
@@ -94,13 +95,13 @@ impl Walk<'_> {
         match self.recalled.take().and_then(|checkpoint| seen(&checkpoint).map(|seen| (checkpoint.filter, seen))) {
             Some(recalled) => recalled,
             None => {
-                let Prior { body, .. } = self.context.prior;
-                (Filter::new(&self.model.bundle.faults, body.first()).beginning_at(self.context.began_fh), 0)
+                let LifeContext { prior, began_fh, .. } = self.context;
+                (LifeFilter::new(&self.model.bundle.faults, &prior.body, *began_fh), 0)
             }
         }
     }
 
-    fn checkpoint(&self, index: usize, filter: &Filter) -> Checkpoint {
+    fn checkpoint(&self, index: usize, filter: &LifeFilter) -> Checkpoint {
         let (block, digest) = (self.course.blocks[index].index, self.course.digests[index]);
         Checkpoint { block, digest, filter: filter.clone() }
     }

@@ -12,6 +12,8 @@ use crate::{
     bank::Bank,
     consistency::Consistency,
     filter::Filter,
+    life::LifeFilter,
+    life_prior::LifePrior,
     particle::{Change, Mode, Particle},
     prior::FleetPrior,
 };
@@ -49,6 +51,34 @@ pub enum CheckpointError {
     /// Its words are not those of a filter.
     #[error("a checkpoint that ends early or late, or names tracks that it does not hold")]
     Malformed,
+}
+
+impl LifeFilter {
+    /// The moving state of all filters, bit for bit, each after its length.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let of_law = |filter: &Filter| {
+            let bytes = filter.to_bytes();
+            [&(bytes.len() as u64).to_le_bytes()[..], &bytes].concat()
+        };
+        self.filters.iter().flat_map(of_law).collect()
+    }
+
+    /// The filters of a life of a component with these faults, as they were when they wrote `bytes`.
+    ///
+    /// # Errors
+    ///
+    /// If the bytes are damaged, of another version, or of a model or prior of other sizes.
+    pub fn from_bytes(model: &FaultModel, prior: &LifePrior, mut bytes: &[u8]) -> Result<Self, CheckpointError> {
+        let mut filters = Vec::with_capacity(prior.growth.laws.len());
+        for law in &prior.growth.laws {
+            let (length, rest) = bytes.split_first_chunk::<WORD>().ok_or(CheckpointError::Malformed)?;
+            let length = u64::from_le_bytes(*length) as usize;
+            let (own, others) = rest.split_at_checked(length).ok_or(CheckpointError::Malformed)?;
+            filters.push(Filter::from_bytes(model, &law.prior, own)?);
+            bytes = others;
+        }
+        if bytes.is_empty() { Ok(Self { filters }) } else { Err(CheckpointError::Malformed) }
+    }
 }
 
 impl Filter {

@@ -45,6 +45,18 @@ impl Coordinate {
         }
     }
 
+    /// The deviation of a measure; infinite where no deviation has it.
+    pub fn deviation(&self, measure: f64) -> f64 {
+        let (scaled, start) = (measure / REFERENCE_LIMIT * self.whole(), self.primitive(0.0));
+        let share = match self.exponent {
+            0.0 => return measure,
+            _ if measure < 0.0 => return measure * self.whole() / self.power(0.0),
+            1.0 => libm::exp(scaled + start) - self.offset,
+            n => libm::pow(((scaled + start) * (1.0 - n)).max(0.0), 1.0 / (1.0 - n)) - self.offset,
+        };
+        REFERENCE_LIMIT * share
+    }
+
     /// An observation of deviations in this measure.
     pub fn observation(&self, seen: &Observation) -> Observation {
         let deviations = seen.fault_vector.values();
@@ -60,11 +72,14 @@ impl Coordinate {
     }
 
     fn integral(&self, share: f64) -> f64 {
-        let primitive = |share: f64| match self.exponent {
+        self.primitive(share) - self.primitive(0.0)
+    }
+
+    fn primitive(&self, share: f64) -> f64 {
+        match self.exponent {
             1.0 => libm::log(share + self.offset),
             n => libm::pow(share + self.offset, 1.0 - n) / (1.0 - n),
-        };
-        primitive(share) - primitive(0.0)
+        }
     }
 
     fn whole(&self) -> f64 {
@@ -99,6 +114,9 @@ mod tests {
             let x = 0.07;
             close((coordinate.of(x + 1e-6) - coordinate.of(x - 1e-6)) / 2e-6, coordinate.slope(x));
             close(coordinate.of(-0.01), -0.01 * coordinate.slope(0.0));
+            for x in [-0.01, 0.0, 0.07, 0.3] {
+                close(coordinate.deviation(coordinate.of(x)), x);
+            }
         }
     }
 }

@@ -59,27 +59,17 @@ pub fn fit_failure_time_error(
     seed: u64,
 ) -> Option<FailureTimeError> {
     let late = late_forecasts(lives, model, prior, boundary, seed);
-    error_over(late.iter())
+    error_over(late.iter(), None)
 }
 
-/// The error over lives given by their late forecasts; `None` for fewer than ten.
-pub(crate) fn error_over<'a>(late: impl Iterator<Item = &'a Vec<Residuals>>) -> Option<FailureTimeError> {
+/// The error over lives given by their late forecasts, where a parent's error may count as so many lives more; without a
+/// parent `None` for fewer than ten.
+pub(crate) fn error_over<'a>(
+    late: impl Iterator<Item = &'a Vec<Residuals>>,
+    parent: Option<(FailureTimeError, f64)>,
+) -> Option<FailureTimeError> {
     let late: Vec<Vec<Residuals>> = late.filter(|forecasts| !forecasts.is_empty()).cloned().collect();
-    (late.len() >= MIN_LIVES).then(|| most_likely(&late, None))
-}
-
-/// [`fit_failure_time_error`] where a parent's error counts as so many lives more.
-pub(crate) fn update_failure_time_error(
-    parent: (FailureTimeError, f64),
-    lives: &[FinishedLife],
-    model: &FaultModel,
-    prior: &FleetPrior,
-    boundary: &dyn Boundary,
-    seed: u64,
-) -> FailureTimeError {
-    let mut late = late_forecasts(lives, model, prior, boundary, seed);
-    late.retain(|forecasts| !forecasts.is_empty());
-    most_likely(&late, Some(parent))
+    (parent.is_some() || late.len() >= MIN_LIVES).then(|| most_likely(&late, parent))
 }
 
 /// One late forecast against the truth: for each draw, true failure minus crossing, flight hours.

@@ -161,11 +161,11 @@ fn expect(lives: &[Vec<Block>], model: &FaultModel, prior: &FleetPrior) -> Summa
 }
 
 impl Summary {
-    /// What a prior becomes by these lives alone.
-    pub fn prior<'a>(prior: &FleetPrior, lives: impl Iterator<Item = &'a Self>) -> FleetPrior {
+    /// What a prior becomes by these lives and what its parent adds.
+    pub fn prior<'a>(prior: &FleetPrior, lives: impl Iterator<Item = &'a Self>, parent: &Self) -> FleetPrior {
         let mut total = Self::default();
         lives.for_each(|life| total.add(life));
-        if total.lives == 0.0 { prior.clone() } else { total.maximise(prior, &Self::default()) }
+        if total.lives + parent.lives == 0.0 { prior.clone() } else { total.maximise(prior, parent) }
     }
 
     fn of(life: &[Block], model: &FaultModel, prior: &FleetPrior) -> Self {
@@ -197,7 +197,8 @@ impl Summary {
     }
 
     /// A prior, as if learned from so many lives.
-    fn of_parent(parent: &FleetPrior, lives: f64, model: &FaultModel) -> Self {
+    /// What a parent that counts as so many lives adds.
+    pub fn of_parent(parent: &FleetPrior, lives: f64, model: &FaultModel) -> Self {
         let mut summary = Self {
             lives,
             changing: lives * parent.growth_changes.map_or(0.0, |changes| changes.probability),

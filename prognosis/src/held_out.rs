@@ -53,6 +53,17 @@ pub(crate) struct HeldOut {
     pub trials: Vec<Trial>,
 }
 
+impl HeldOut {
+    /// The forecasts of some of the members, in this order.
+    pub fn of_members(&self, members: &[usize]) -> Self {
+        let of = |trial: &Trial| Trial {
+            left_fh: trial.left_fh,
+            draws_fh: members.iter().map(|member| trial.draws_fh[*member].clone()).collect(),
+        };
+        Self { ending: self.ending, trials: self.trials.iter().map(of).collect() }
+    }
+}
+
 /// One forecast by all members.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Trial {

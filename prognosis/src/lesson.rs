@@ -20,10 +20,11 @@ use crate::{
     estimator::{Climatology, Estimator, Growth, LevelLives, PredictionSettings, Similarity},
     fit::NoHistory,
     growth_laws::{GrowthLaws, LawsWithout},
-    held_out::{HeldOutSettings, Members},
+    held_out::{HeldOutSettings, forecast_held_out},
     mixture::Mixture,
-    stacking::{StackSettings, stack},
+    stacking::weigh,
     survival::NoFailure,
+    taught::Taught,
 };
 
 /// Weights of growth, similarity and climatology where lives are few.
@@ -32,6 +33,11 @@ const FIXED: [f64; 3] = [0.4, 0.4, 0.2];
 const WITHOUT_GROWTH: [f64; 3] = [0.0, 2.0 / 3.0, 1.0 / 3.0];
 /// Growth that may change is dear; its score must be that much better.
 const CLEARLY: f64 = 0.95;
+/// Places among the members that are tried on lives held out.
+const STEADY: usize = 0;
+const CHANGING: usize = 1;
+const SIMILARITY: usize = 2;
+const CLIMATOLOGY: usize = 3;
 /// Draws of forecasts of lives held out.
 const DRAWS: usize = 200;
 
@@ -65,21 +71,22 @@ impl Lesson {
     pub fn learn(lives: &[EndedLife], model: &FaultModel, seed: u64) -> Result<Self, NoLesson> {
         let steady = GrowthLaws::learn(lives, model, seed)?;
         let changing = steady.with_growth_changes(lives, model, seed)?;
-        let without = [&steady, &changing].map(|laws| LawsWithout::new(lives, laws, model, seed));
         let boundary = Limits::reference(model.len());
-        let settings = |fixed: Vec<f64>| StackSettings { fixed, held_out: held_out(&steady, seed) };
-        let class = Class { model, boundary: &boundary, growth: &without, others: false };
-        let scores = stack(lives, &class, &settings(vec![0.5; 2])).record.map(|record| record.members_crps_fh);
+        let without = [&steady, &changing].map(|laws| LawsWithout::new(lives, laws, model, &boundary, seed));
+        let settings = held_out(&steady, seed);
+        let held_out = forecast_held_out(lives, &Taught { model, boundary: &boundary, growth: &without }, &settings);
+        let stacked = |members: &[usize], fixed: &[f64]| {
+            let held_out = held_out.iter().map(|life| life.of_members(members)).collect();
+            weigh(held_out, fixed, settings.prediction.horizon_fh)
+        };
+        let scores = stacked(&[STEADY, CHANGING], &[0.5; 2]).record.map(|record| record.members_crps_fh);
         let changes = scores.is_some_and(|scores| scores[1] < CLEARLY * scores[0]);
-        let [steady_without, changing_without] = without;
-        let without = [if changes { changing_without } else { steady_without }];
-        let class = Class { model, boundary: &boundary, growth: &without, others: true };
-        let growth = if changes { &changing } else { &steady };
+        let (growth, followed) = if changes { (changing, CHANGING) } else { (steady, STEADY) };
         let fixed = if growth.laws[0].edge().is_some() { WITHOUT_GROWTH } else { FIXED };
-        let stacked = stack(lives, &class, &settings(fixed.to_vec()));
+        let stacked = stacked(&[followed, SIMILARITY, CLIMATOLOGY], &fixed);
         let kept: Vec<&EndedLife> = lives.iter().collect();
         Ok(Self {
-            growth: if changes { changing } else { steady },
+            growth,
             companions: Companions {
                 similar: LevelLives::learn(&kept, &boundary, &model.nominal)?,
                 climatology: Climatology::learn(lives.iter().map(|life| (life.end_fh, life.ending)))?,
@@ -88,12 +95,12 @@ impl Lesson {
         })
     }
 
-    /// The growth filters alone.
-    pub fn growth<'a>(&'a self, model: &'a FaultModel) -> Growth<'a> {
-        Growth { model, laws: Cow::Borrowed(&self.growth) }
+    /// The growth filters alone; `boundary` is [`Limits::reference`] of the model.
+    pub fn growth<'a>(&'a self, model: &'a FaultModel, boundary: &'a Limits) -> Growth<'a> {
+        Growth { model, laws: Cow::Borrowed(&self.growth), boundary }
     }
 
-    /// Similarity of levels alone; `boundary` is [`Limits::reference`] of the model.
+    /// Similarity of levels alone; `boundary` likewise.
     pub fn similarity<'a>(&'a self, model: &'a FaultModel, boundary: &'a Limits) -> Similarity<'a> {
         Similarity { lives: Cow::Borrowed(&self.companions.similar), model, boundary }
     }
@@ -101,7 +108,7 @@ impl Lesson {
     /// All three, weighed and recalibrated.
     pub fn mixture<'a>(&'a self, model: &'a FaultModel, boundary: &'a Limits) -> Mixture<'a> {
         let members: [Box<dyn Estimator + 'a>; 3] = [
-            Box::new(self.growth(model)),
+            Box::new(self.growth(model, boundary)),
             Box::new(self.similarity(model, boundary)),
             Box::new(self.companions.climatology.clone()),
         ];
@@ -120,28 +127,4 @@ impl Lesson {
 fn held_out(laws: &GrowthLaws, seed: u64) -> HeldOutSettings {
     let Clock { horizon_fh, .. } = laws.laws[0].prior.clock;
     HeldOutSettings { prediction: PredictionSettings { draws: DRAWS, horizon_fh }, seed, ..HeldOutSettings::default() }
-}
-
-/// The members that lives teach: growth filters by their laws, and the others where they are asked for.
-struct Class<'a> {
-    model: &'a FaultModel,
-    boundary: &'a Limits,
-    growth: &'a [LawsWithout<'a>],
-    others: bool,
-}
-
-impl Members for Class<'_> {
-    fn teach(&self, lives: &[&EndedLife]) -> Option<Vec<Box<dyn Estimator + '_>>> {
-        let Self { model, boundary, .. } = *self;
-        let growth = |laws: &LawsWithout| -> Box<dyn Estimator + '_> {
-            Box::new(Growth { model, laws: Cow::Owned(laws.of(lives)) })
-        };
-        let mut members: Vec<Box<dyn Estimator + '_>> = self.growth.iter().map(growth).collect();
-        if self.others {
-            let similar = LevelLives::learn(lives, boundary, &model.nominal).ok()?;
-            members.push(Box::new(Similarity { lives: Cow::Owned(similar), model, boundary }));
-            members.push(Box::new(Climatology::learn(lives.iter().map(|life| (life.end_fh, life.ending))).ok()?));
-        }
-        Some(members)
-    }
 }

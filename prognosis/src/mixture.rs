@@ -1,16 +1,17 @@
 //! Several estimators as one: the linear pool of their forecasts, recalibrated.
 //!
 //! - What: each member gives a share of the draws; what is said of the remaining life comes from all of them together.
-//! - Update rule: none but those of the members. Draws are allotted by largest remainder; the n-th member draws from the
-//!   n-th substream, whatever the others do.
+//! - Update rule: none but those of the members and of their [`pool`](crate::pool). The n-th member draws from the n-th
+//!   substream, whatever the others do.
 //! - Requirements: weights that sum to one. What drives the end is told by the first member that knows of a damage propagation.
 //! - Source: Hall and Mitchell 2007 for pools; weights and recalibration: [`stack`](crate::stack).
 
-use numerics::{Stream, apportion};
+use numerics::Stream;
 
 use crate::{
     block::Observation,
     estimator::{Estimator, Follower, PredictionSettings, RulEstimate},
+    pool::Pool,
     recalibration::Recalibration,
 };
 
@@ -45,21 +46,15 @@ impl Follower for Life<'_> {
 
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
         let weights: Vec<f64> = self.followers.iter().map(|(weight, _)| *weight).collect();
-        let mut pooled = RulEstimate { ends_fh: Vec::with_capacity(settings.draws), propagation: None, doubted: false };
-        let allotted = apportion(&weights, settings.draws);
-        for (index, ((_, follower), draws)) in self.followers.iter().zip(allotted).enumerate() {
-            if draws == 0 {
-                continue;
-            }
+        let (mut propagation, mut doubted) = (None, false);
+        let pool = Pool { weights: &weights, recalibration: self.recalibration };
+        let ends_fh = pool.sample(settings.draws, settings.horizon_fh, |index, draws| {
             let settings = PredictionSettings { draws, ..*settings };
-            let said = follower.predict(now_fh, &settings, &stream.substream(index as u64));
-            pooled.ends_fh.extend(said.ends_fh);
-            pooled.propagation = pooled.propagation.or(said.propagation);
-            pooled.doubted |= said.doubted;
-        }
-        if let Some(recalibration) = self.recalibration {
-            pooled.ends_fh = recalibration.apply(pooled.ends_fh, settings.horizon_fh);
-        }
-        pooled
+            let said = self.followers[index].1.predict(now_fh, &settings, &stream.substream(index as u64));
+            propagation = propagation.take().or(said.propagation);
+            doubted |= said.doubted;
+            said.ends_fh
+        });
+        RulEstimate { ends_fh, propagation, doubted }
     }
 }

@@ -62,16 +62,20 @@ impl Recalibration {
         interpolated(&self.knots, forecast)
     }
 
-    /// As many draws, in ascending order, whose levels hold; `None` is beyond the horizon, and stays unknown.
-    pub fn apply(&self, mut ends_fh: Vec<Option<f64>>, horizon_fh: f64) -> Vec<Option<f64>> {
-        ends_fh.sort_by(|a, b| a.unwrap_or(f64::INFINITY).total_cmp(&b.unwrap_or(f64::INFINITY)));
+    /// As many draws whose levels hold, each at the place of the draw of its rank; `None` is beyond the horizon, and stays
+    /// unknown.
+    pub fn apply(&self, ends_fh: &[Option<f64>], horizon_fh: f64) -> Vec<Option<f64>> {
+        let mut order: Vec<usize> = (0..ends_fh.len()).collect();
+        order.sort_by(|a, b| ends_fh[*a].unwrap_or(f64::INFINITY).total_cmp(&ends_fh[*b].unwrap_or(f64::INFINITY)));
+        let ascending: Vec<Option<f64>> = order.iter().map(|draw| ends_fh[*draw]).collect();
         let inverse: Vec<(f64, f64)> = self.knots.iter().map(|knot| (knot.1, knot.0)).collect();
-        let sample = Sample { ends_fh: &ends_fh };
-        let end_fh = |index: usize| {
-            let raw = interpolated(&inverse, sample.probit(index));
-            sample.at(raw).filter(|end_fh| *end_fh < horizon_fh)
-        };
-        (0..ends_fh.len()).map(end_fh).collect()
+        let sample = Sample { ends_fh: &ascending };
+        let mut held_fh = vec![None; ends_fh.len()];
+        for (rank, draw) in order.into_iter().enumerate() {
+            let raw = interpolated(&inverse, sample.probit(rank));
+            held_fh[draw] = sample.at(raw).filter(|end_fh| *end_fh < horizon_fh);
+        }
+        held_fh
     }
 }
 
@@ -247,7 +251,7 @@ mod tests {
         assert_eq!(learn(9, 2.0, 0.0), None);
         for lives in [39, 400] {
             let recalibration = learn(lives, 2.0, 0.0).expect("enough lives");
-            let (before, after) = (sample(1000), recalibration.apply(sample(1000), f64::INFINITY));
+            let (before, after) = (sample(1000), recalibration.apply(&sample(1000), f64::INFINITY));
             let spread = |ends_fh: &[Option<f64>]| libm::log(ends_fh[900].unwrap() / ends_fh[100].unwrap());
             assert!(spread(&after) > 1.5 * spread(&before), "{lives}");
             assert!(after.is_sorted() && after.len() == 1000 && after[0] < before[0]);
@@ -256,7 +260,7 @@ mod tests {
 
     #[test]
     fn a_wide_forecast_is_not_narrowed() {
-        let of = |lives| learn(lives, 0.5, 0.0).expect("enough lives").apply(sample(100), 1e9);
+        let of = |lives| learn(lives, 0.5, 0.0).expect("enough lives").apply(&sample(100), 1e9);
         for lives in [30, 300] {
             let spread = |ends_fh: &[Option<f64>]| ends_fh[90].unwrap() / ends_fh[10].unwrap();
             assert!((spread(&of(lives)) / spread(&sample(100)) - 1.0).abs() < 0.05, "{lives}");
@@ -269,7 +273,8 @@ mod tests {
         let mut ends_fh = sample(100);
         ends_fh[60..].fill(None);
         ends_fh.reverse();
-        let after = recalibration.apply(ends_fh, 1e9);
+        let mut after = recalibration.apply(&ends_fh, 1e9);
+        after.reverse();
         let known = after.iter().flatten().count();
         assert!((30..60).contains(&known), "ends come later than forecast: {known}");
         assert!(after[..known].iter().all(Option::is_some) && after[..known].is_sorted());

@@ -66,19 +66,23 @@ pub struct Record {
 
 /// Weights, recalibration and record of a pool of members, from forecasts of each life by what the others teach.
 pub fn stack(lives: &[EndedLife], members: &dyn Members, settings: &StackSettings) -> Stacked {
-    let horizon_fh = settings.held_out.prediction.horizon_fh;
     let held_out = forecast_held_out(lives, members, &settings.held_out);
+    weigh(held_out, &settings.fixed, settings.held_out.prediction.horizon_fh)
+}
+
+/// The same from forecasts that were made, by members whose fixed weights are `fixed`.
+pub(crate) fn weigh(held_out: Vec<HeldOut>, fixed: &[f64], horizon_fh: f64) -> Stacked {
     let tried: Vec<Tried> = held_out.into_iter().filter_map(|life| Tried::of(life, horizon_fh)).collect();
     let fold = |life: usize, fold: usize| life % FOLDS.min(tried.len()) == fold;
     let but = |left_out: usize| {
         let kept = tried.iter().enumerate().filter(move |(life, _)| !fold(*life, left_out));
-        weights(kept.map(|(_, life)| life), &settings.fixed)
+        weights(kept.map(|(_, life)| life), fixed)
     };
     let crossed: Vec<Vec<f64>> = (0..FOLDS.min(tried.len())).map(but).collect();
     let crossed = |life: usize| &crossed[life % FOLDS.min(tried.len())];
     let levels: Vec<Vec<Level>> = tried.iter().enumerate().map(|(index, life)| life.levels(crossed(index))).collect();
     Stacked {
-        weights: weights(tried.iter(), &settings.fixed),
+        weights: weights(tried.iter(), fixed),
         recalibration: Recalibration::learn(&levels, failed(&tried, None)),
         record: record(&tried, &levels, crossed),
     }

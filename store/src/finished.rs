@@ -1,4 +1,4 @@
-//! Lives that a finding ended, as material to judge forecasts by and to learn from.
+//! Lives that are over, as material to judge forecasts by and to learn from.
 
 use domain::{Estimate, Life, Prognosis};
 
@@ -23,5 +23,17 @@ pub struct FinishedLife {
     /// The component's hours since new at which it was found failed.
     pub failure_fh: f64,
     /// The estimates that count up to the failure, in the order of the life; there may be none.
+    pub estimates: Vec<Estimate>,
+}
+
+/// A life that was over before it failed, with its history: its component was overhauled in time, or taken out and not put
+/// back.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RemovedLife {
+    /// The life.
+    pub life: Life,
+    /// The component's hours since new at which the life began.
+    pub began_fh: f64,
+    /// The estimates that count, in the order of the life; there may be none.
     pub estimates: Vec<Estimate>,
 }

@@ -41,7 +41,7 @@ pub use checkpoint::Checkpoint;
 pub use component::ComponentRecord;
 pub use digest::Digest;
 pub use error::StoreError;
-pub use finished::{FinishedLife, IssuedLife};
+pub use finished::{FinishedLife, IssuedLife, RemovedLife};
 pub use generation::{GenerationRecord, GenerationState, ModelUse};
 pub use history::{HistoryOf, LifeCursor};
 pub use installed::{Contradiction, Installation, InstallationSource, Installed, InstalledTail, SetAsideUploads};

@@ -1,13 +1,13 @@
-//! Learning fleet priors from lives that ended in failure, beside the analyses.
+//! Learning priors from lives that are over, beside the analyses.
 //!
 //! A learned prior judges the lives that begin after it was learned; lives that go on keep theirs. It is
-//! learned per operator and part number, from the bundle's own prior and all finished lives: never from
+//! learned per operator and part number, from the bundle's own prior and all lives that ended: never from
 //! those of another operator. One worker of all takes a lesson, by a claim on it.
 
 use std::{sync::Arc, time::Duration};
 
 use pipeline::PastLife;
-use store::{FinishedLife, Lesson, PriorRecord, Store};
+use store::{FinishedLife, Lesson, PriorRecord, RemovedLife, Store};
 use tokio::task::spawn_blocking;
 use tokio_util::sync::CancellationToken;
 
@@ -67,9 +67,14 @@ async fn take(lesson: &Lesson, store: &Store, models: &Models, settings: &Settin
     let Lesson { operator, part_number, model: hash, .. } = lesson;
     let finished = store.finished_lives(operator, part_number, hash).await?;
     let lives = finished.len() as u32;
-    let past = |FinishedLife { estimates, began_fh, failure_fh, .. }| PastLife { estimates, began_fh, failure_fh };
-    let past = finished.into_iter().map(past);
-    let (past, model): (Vec<PastLife>, _) = (past.collect(), models.get(hash).await?);
+    let failed = |FinishedLife { estimates, began_fh, failure_fh, .. }| {
+        let failure_fh = Some(failure_fh);
+        PastLife { estimates, began_fh, failure_fh }
+    };
+    let removed = |RemovedLife { estimates, began_fh, .. }| PastLife { estimates, began_fh, failure_fh: None };
+    let mut past: Vec<PastLife> = finished.into_iter().map(failed).collect();
+    past.extend(store.removed_lives(operator, part_number, hash).await?.into_iter().map(removed));
+    let model = models.get(hash).await?;
     let teacher = model.clone();
     let prior = spawn_blocking(move || teacher.learn_prior(&past)).await??;
     let record = PriorRecord {

@@ -62,7 +62,7 @@ fn predictions(records: &Records, every: f64) -> Vec<f64> {
     let prediction = PredictionSettings { draws: 200, horizon_fh: 10_000.0 };
     let settings = ReplaySettings { every_fh: scale.reference_fh(every), prediction, seed: 1 };
     let estimators: [Box<dyn Estimator + '_>; 2] =
-        [Box::new(lesson.mixture(&model, &limits)), Box::new(lesson.growth(&model))];
+        [Box::new(lesson.mixture(&model, &limits)), Box::new(lesson.growth(&model, &limits))];
     let told = |RulSummary { t_fh, mean_fh, quantiles_fh, .. }: RulSummary| {
         let figures = [t_fh, mean_fh].into_iter().chain(quantiles_fh.into_iter().flatten());
         figures.map(|fh| scale.time(fh)).collect::<Vec<f64>>()

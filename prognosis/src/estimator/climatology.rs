@@ -43,6 +43,12 @@ impl Climatology {
         Self::learn(lives_fh.iter().map(|life_fh| (*life_fh, Ending::Failed)))
     }
 
+    /// Draws of the remaining life at an age, at even steps of probability; `None` beyond the horizon.
+    pub fn ends_fh(&self, now_fh: f64, settings: &PredictionSettings) -> Vec<Option<f64>> {
+        let ends_fh = self.remaining_fh(now_fh, settings.draws).into_iter();
+        ends_fh.map(|end_fh| Some(end_fh).filter(|end_fh| *end_fh < settings.horizon_fh)).collect()
+    }
+
     /// Remaining lives at the age `now_fh`, at even steps of probability.
     fn remaining_fh(&self, now_fh: f64, draws: usize) -> Vec<f64> {
         let older = &self.lives[self.lives.partition_point(|life| life.0 <= now_fh)..];
@@ -95,8 +101,6 @@ impl Follower for Life<'_> {
     fn observe(&mut self, _: &Observation) {}
 
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, _: &Stream) -> RulEstimate {
-        let ends_fh = self.climatology.remaining_fh(now_fh, settings.draws);
-        let ends_fh = ends_fh.into_iter().map(|end_fh| Some(end_fh).filter(|end_fh| *end_fh < settings.horizon_fh));
-        RulEstimate { ends_fh: ends_fh.collect(), propagation: None, doubted: false }
+        RulEstimate { ends_fh: self.climatology.ends_fh(now_fh, settings), propagation: None, doubted: false }
     }
 }

@@ -3,7 +3,7 @@
 //! - What: the draws of the laws of [`GrowthLaws`], pooled.
 //! - Update rule: every law's filter sees every block in its own measure; a law weighs its share times the evidence of the
 //!   life so far. Draws are allotted by largest remainder.
-//! - Requirements: deviations in reference units. Before the first block it predicts from what the fleet knows alone.
+//! - Requirements: deviations in reference units where a law has a measure of its own. Before the first block it predicts from what the fleet knows alone.
 //! - Source: Bayesian model averaging (Hoeting et al. 1999).
 
 use std::borrow::Cow;
@@ -14,7 +14,7 @@ use numerics::{Stream, apportion, log_sum_exp::normalised};
 use super::{Estimator, Follower, PredictionSettings, RulEstimate};
 use crate::{
     block::{Observation, OpenBlock},
-    boundary::Limits,
+    boundary::Boundary,
     filter::Filter,
     forecast::{Draws, ForecastSettings, forecast},
     growth_laws::{GrowthLaw, GrowthLaws},
@@ -23,10 +23,12 @@ use crate::{
 
 /// [`GrowthLaws`] as an [`Estimator`].
 pub struct Growth<'a> {
-    /// The faults, in reference units.
+    /// The faults.
     pub model: &'a FaultModel,
     /// What is known of their growth.
     pub laws: Cow<'a, GrowthLaws>,
+    /// The boundary at which life ends, in every law's measure.
+    pub boundary: &'a dyn Boundary,
 }
 
 impl Estimator for Growth<'_> {
@@ -42,12 +44,12 @@ impl Estimator for Growth<'_> {
             log_stretch: 0.0,
         };
         let plain = OpenBlock::new(self.laws.laws[0].prior.clock);
-        Box::new(Life { model: self.model, plain, tracked: self.laws.laws.iter().map(tracked).collect() })
+        Box::new(Life { boundary: self.boundary, plain, tracked: self.laws.laws.iter().map(tracked).collect() })
     }
 }
 
 struct Life<'a> {
-    model: &'a FaultModel,
+    boundary: &'a dyn Boundary,
     /// Blocks as they were seen.
     plain: OpenBlock,
     tracked: Vec<Tracked<'a>>,
@@ -75,7 +77,6 @@ impl Follower for Life<'_> {
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
         let log_weight = |of: &Tracked| libm::log(of.law.share) + log_evidence(&of.filter.particles) + of.log_stretch;
         let weights = normalised(&self.tracked.iter().map(log_weight).collect::<Vec<_>>());
-        let boundary = Limits::reference(self.model.len());
         let mut ends_fh = Vec::with_capacity(settings.draws);
         let (mut propagation, mut doubted) = (None, false);
         for (index, (Tracked { law, open, filter, .. }, draws)) in
@@ -102,7 +103,7 @@ impl Follower for Life<'_> {
             let lag_fh = now_fh - posterior.t_fh();
             let stream = stream.substream(index as u64);
             let error = law.prior.failure_time_error;
-            ends_fh.extend(forecast(&posterior, lag_fh, &boundary, error, &settings, &stream).ends_fh);
+            ends_fh.extend(forecast(&posterior, lag_fh, self.boundary, error, &settings, &stream).ends_fh);
         }
         RulEstimate { ends_fh, propagation, doubted }
     }

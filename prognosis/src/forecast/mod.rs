@@ -74,12 +74,12 @@ impl Draws {
 pub struct Forecast {
     /// Flight hours from now, zero where already faulty; `None` beyond the horizon.
     pub ends_fh: Vec<Option<f64>>,
-    /// Per draw, the group of the fault model that weighs most on the margin at the end, or at the
+    /// Per draw of growth, the group of the fault model that weighs most on the margin at the end, or at the
     /// horizon: whose reset to nominal raises it most.
     pub drivers: Vec<usize>,
-    /// Share of the draws that are faulty now.
+    /// Share of the draws of growth that are faulty now.
     pub failed_fraction: f64,
-    /// Share of the draws that end, or outlive the horizon, where the boundary was never learned.
+    /// Share of the draws of growth that end, or outlive the horizon, where the boundary was never learned.
     pub outside_training_fraction: f64,
     /// Monte-Carlo standard error of the 10 % quantile, flight hours; `None` when that is censored.
     pub p10_error_fh: Option<f64>,
@@ -95,6 +95,33 @@ impl Forecast {
         let mut counts = vec![0_usize; self.groups];
         self.drivers.iter().for_each(|&group| counts[group] += 1);
         counts.into_iter().map(|count| count as f64 / self.drivers.len() as f64).collect()
+    }
+
+    /// The first so many draws.
+    pub(crate) fn truncate(&mut self, draws: usize) {
+        self.ends_fh.truncate(draws);
+        self.drivers.truncate(draws);
+    }
+
+    /// Takes the draws of another forecast of the same life in, for its share of all.
+    pub(crate) fn append(&mut self, mut other: Self) {
+        let (before, more) = (self.ends_fh.len() as f64, other.ends_fh.len() as f64);
+        let mean = |mine: f64, others: f64| (before * mine + more * others) / (before + more);
+        self.failed_fraction = mean(self.failed_fraction, other.failed_fraction);
+        self.outside_training_fraction = mean(self.outside_training_fraction, other.outside_training_fraction);
+        self.ends_fh.append(&mut other.ends_fh);
+        self.drivers.append(&mut other.drivers);
+    }
+
+    /// The same with other draws of the end.
+    pub(crate) fn with_ends(self, ends_fh: Vec<Option<f64>>, horizon_fh: f64) -> Self {
+        let sample = Sample::of(ends_fh.iter().copied());
+        Self {
+            p10_error_fh: sample.quantile_error_fh(P10, horizon_fh),
+            median_error_fh: sample.quantile_error_fh(MEDIAN, horizon_fh),
+            ends_fh,
+            ..self
+        }
     }
 
     /// The group that most often drives the end of life; the first of equals.
@@ -133,7 +160,7 @@ pub fn forecast(
             let end_fh = end.t_fh.map(|t_fh| (t_fh + delay_fh).max(0.0)).filter(|end| *end < settings.horizon_fh);
             End { t_fh: end_fh, ..end }
         }));
-        sample = Sample::of(&ends);
+        sample = Sample::of(ends.iter().map(|end| end.t_fh));
     }
     let share = |is: &dyn Fn(&End) -> bool| ends.iter().filter(|end| is(end)).count() as f64 / ends.len() as f64;
     Forecast {
@@ -159,9 +186,9 @@ struct Sample {
 }
 
 impl Sample {
-    fn of(ends: &[End]) -> Self {
-        let ends_fh = quantile::sorted(ends.iter().filter_map(|end| end.t_fh).collect());
-        Self { ends_fh, draws: ends.len() }
+    fn of(ends_fh: impl ExactSizeIterator<Item = Option<f64>>) -> Self {
+        let draws = ends_fh.len();
+        Self { ends_fh: quantile::sorted(ends_fh.flatten().collect()), draws }
     }
 
     /// The order statistic at a real-valued rank, flight hours; `None` when it is censored.

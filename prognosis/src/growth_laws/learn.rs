@@ -148,7 +148,7 @@ impl GrowthLaw {
     }
 
     /// Lives that failed, in this law's measure.
-    pub(super) fn finished(&self, lives: &[EndedLife]) -> Vec<Option<FinishedLife>> {
+    pub(crate) fn finished(&self, lives: &[EndedLife]) -> Vec<Option<FinishedLife>> {
         let finished = |(life, observations): (&EndedLife, Vec<Observation>)| {
             (life.ending == Ending::Failed).then_some(FinishedLife { observations, failure_fh: life.end_fh })
         };

@@ -45,7 +45,7 @@ pub struct GrowthLaws {
 
 impl GrowthLaw {
     /// Lives in this law's measure.
-    fn measured(&self, lives: &[EndedLife]) -> Vec<Vec<Observation>> {
+    pub(crate) fn measured(&self, lives: &[EndedLife]) -> Vec<Vec<Observation>> {
         measured(lives, &self.coordinate)
     }
 

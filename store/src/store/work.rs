@@ -5,7 +5,9 @@ use std::time::Duration;
 use domain::{Component, ContentHash, OperatorId, PartNumber};
 
 use super::{Backend, Store, backend};
-use crate::{Checkpoint, Completion, FinishedLife, Lease, Lesson, LifeInputs, LifeResults, StoreError, WorkFigures};
+use crate::{
+    Checkpoint, Completion, FinishedLife, Lease, Lesson, LifeInputs, LifeResults, RemovedLife, StoreError, WorkFigures,
+};
 
 impl Store {
     /// Leases the component that has waited longest, if one waits and is not leased or backing off: for `duration`,
@@ -83,6 +85,17 @@ impl Store {
         model: &ContentHash,
     ) -> Result<Vec<FinishedLife>, StoreError> {
         backend!(self, finished_lives(operator, part_number, model))
+    }
+
+    /// The lives of a part number that are judged by a bundle and were over before they failed, with their histories, by
+    /// serial number and life.
+    pub async fn removed_lives(
+        &self,
+        operator: &OperatorId,
+        part_number: &PartNumber,
+        model: &ContentHash,
+    ) -> Result<Vec<RemovedLife>, StoreError> {
+        backend!(self, removed_lives(operator, part_number, model))
     }
 
     /// Number of uploads that wait to be processed, over all operators.

@@ -134,7 +134,7 @@ fn a_life_with_an_estimate_of_other_faults_teaches_nothing() {
     let model = Model::from_bytes(common::BUNDLE).unwrap();
     let estimates =
         [5, 5, 1].iter().zip(0..).map(|(faults, index)| diagnosed(&model, &of_unit(&model, 1, index), *faults));
-    let life = PastLife { estimates: estimates.collect(), began_fh: 0.0, failure_fh: 100.0 };
+    let life = PastLife { estimates: estimates.collect(), began_fh: 0.0, failure_fh: Some(100.0) };
     let refused = model.learn_prior(&[life]).unwrap_err();
     assert_eq!(refused.to_string(), "the estimate of unit1.2 tells 1 faults, the bundle knows 5");
 }

@@ -94,7 +94,7 @@ fn contestant<'a>(
 ) -> Contestant<'a> {
     Contestant::Estimator(match name {
         EstimatorName::Mixture => Box::new(lesson.mixture(faults, limits)),
-        EstimatorName::Growth => Box::new(lesson.growth(faults)),
+        EstimatorName::Growth => Box::new(lesson.growth(faults, limits)),
         EstimatorName::Similarity => Box::new(lesson.similarity(faults, limits)),
         EstimatorName::Climatology => Box::new(lesson.companions.climatology.clone()),
         _ => unreachable!("refused before"),

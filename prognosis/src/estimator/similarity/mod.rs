@@ -113,6 +113,21 @@ impl LevelLives {
         atoms
     }
 
+    /// Draws of the remaining life at a level and age, at even steps of the lives' probability; `None` beyond the horizon.
+    pub fn ends_fh(
+        &self,
+        level: f64,
+        now_fh: f64,
+        settings: &PredictionSettings,
+        stream: &mut Stream,
+    ) -> Vec<Option<f64>> {
+        let draws_fh = match self.remaining(level, now_fh, None) {
+            Some(remaining) => remaining.draws_fh(settings.draws, stream),
+            None => vec![f64::INFINITY; settings.draws],
+        };
+        draws_fh.into_iter().map(|end_fh| Some(end_fh).filter(|end_fh| *end_fh < settings.horizon_fh)).collect()
+    }
+
     /// The remaining life at a level and age, but for what one of the lives says; `None` where no failed life is left.
     fn remaining(&self, level: f64, now_fh: f64, but: Option<usize>) -> Option<Remaining> {
         let atoms = self.atoms(level, now_fh, but);
@@ -202,13 +217,8 @@ impl Follower for Life<'_> {
     }
 
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
-        let remaining = self.lives.remaining(self.ascent.level(), now_fh, None);
-        let draws_fh = match remaining {
-            Some(remaining) => remaining.draws_fh(settings.draws, &mut stream.substream(0)),
-            None => vec![f64::INFINITY; settings.draws],
-        };
-        let ends_fh = draws_fh.into_iter().map(|end_fh| Some(end_fh).filter(|end_fh| *end_fh < settings.horizon_fh));
-        RulEstimate { ends_fh: ends_fh.collect(), propagation: None, doubted: false }
+        let ends_fh = self.lives.ends_fh(self.ascent.level(), now_fh, settings, &mut stream.substream(0));
+        RulEstimate { ends_fh, propagation: None, doubted: false }
     }
 }
 

@@ -4,13 +4,16 @@ use domain::{ContentHash, OperatorId, PartNumber};
 
 use super::super::{
     Engine,
-    lives::endings::{self, Ending},
+    lives::{
+        endings::{self, Ending},
+        removals,
+    },
     results::{
         estimates::{self, EstimateRange},
         prognoses,
     },
 };
-use crate::{FinishedLife, IssuedLife, StoreError};
+use crate::{FinishedLife, IssuedLife, RemovedLife, StoreError};
 
 impl Engine {
     pub(crate) async fn issued_on_finished_lives(
@@ -44,6 +47,23 @@ impl Engine {
             let life = ending.pointer.life(&ending.component)?;
             let Ending { began_fh, failure_fh, .. } = ending;
             lives.push(FinishedLife { life, began_fh, failure_fh, estimates });
+        }
+        Ok(lives)
+    }
+
+    pub(crate) async fn removed_lives(
+        &self,
+        operator: &OperatorId,
+        part_number: &PartNumber,
+        model: &ContentHash,
+    ) -> Result<Vec<RemovedLife>, StoreError> {
+        let mut transaction = self.read(operator).await?;
+        let mut lives = Vec::new();
+        for row in removals::judged_by(&mut transaction, operator, part_number, model).await? {
+            let (component, pointer) = (row.component()?, row.pointer());
+            let range = EstimateRange::COUNTING;
+            let estimates = estimates::of_life(&mut transaction, &component, pointer, range).await?;
+            lives.push(RemovedLife { life: pointer.life(&component)?, began_fh: row.began_fh, estimates });
         }
         Ok(lives)
     }

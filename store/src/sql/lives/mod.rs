@@ -11,4 +11,5 @@ pub(super) mod generations;
 pub(super) mod life;
 pub(super) mod mending;
 pub(super) mod order;
+pub(super) mod removals;
 pub(super) mod waiting;

@@ -59,9 +59,12 @@ impl EstimateRange<'_> {
     pub(crate) const ALL: Self =
         Self { from: (f64::MIN, i64::MIN, ""), after: None, to_fh: f64::MAX, counting: false, limit: ALL };
 
+    /// Those that count.
+    pub(crate) const COUNTING: Self = Self { counting: true, ..Self::ALL };
+
     /// Those that count up to some hours, which are included.
     pub(crate) fn counting_up_to(flight_hours: f64) -> Self {
-        Self { to_fh: flight_hours.next_up(), counting: true, ..Self::ALL }
+        Self { to_fh: flight_hours.next_up(), ..Self::COUNTING }
     }
 
     fn start(&self) -> LifeOrder<'_> {
