@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{AsOf, ContentHash, Doubt, Explanation, HingeLoad, RulDistribution, Timestamp, block::MIN_OBSERVATIONS};
+use crate::{
+    AsOf, ContentHash, Doubt, Ensemble, Explanation, HingeLoad, RulDistribution, Timestamp, block::MIN_OBSERVATIONS,
+};
 
 /// One entry of the filtered fault vector.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -87,6 +89,9 @@ pub struct Forecast {
     pub probability_failed: f64,
     /// Seed of the draws.
     pub seed: u64,
+    /// Who speaks in it; `None` where growth alone does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ensemble: Option<Ensemble>,
     /// Why it says so.
     #[serde(default)]
     pub explanation: Explanation,

@@ -12,7 +12,7 @@ use domain::{
     prognosis::{Forecast, Gap, InsufficientHistory},
 };
 use prognosis::{
-    Clock, LifeFilter,
+    Clock, Companions, LifeFilter,
     forecast::{self, Draws},
 };
 
@@ -125,6 +125,7 @@ impl Model {
             median_error_fh: draws.median_error_fh,
             probability_failed: draws.failed_fraction,
             seed: SEED,
+            ensemble: context.prior.body.companions.as_ref().map(Companions::ensemble),
             explanation: Explanation {
                 drivers: drivers(&self.bundle.faults, &draws),
                 growth: state.growth.clone(),

@@ -4,7 +4,12 @@
 //! - Update rule: none; [`Lesson::learn`](crate::Lesson::learn) and [`learn_from_ended`](crate::learn_from_finished) make it.
 //! - Requirements: one law in the faults' own measure, with nothing beside it, is written as its [`FleetPrior`] alone.
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
+
+use serde::{
+    Deserialize, Deserializer, Serialize,
+    de::{DeserializeSeed, IntoDeserializer, MapAccess, Visitor, value::MapAccessDeserializer},
+};
 
 use crate::{
     clock::Clock,
@@ -16,8 +21,8 @@ use crate::{
 };
 
 /// What is known of a life before it begins.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Written", into = "Written")]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(into = "Written")]
 pub struct LifePrior {
     /// How faults grow.
     pub growth: GrowthLaws,
@@ -63,20 +68,11 @@ impl From<Lesson> for LifePrior {
 }
 
 /// Its JSON.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize)]
 #[serde(untagged)]
 enum Written {
     Several { growth: GrowthLaws, companions: Option<Companions> },
     Alone(FleetPrior),
-}
-
-impl From<Written> for LifePrior {
-    fn from(written: Written) -> Self {
-        match written {
-            Written::Several { growth, companions } => Self { growth, companions },
-            Written::Alone(prior) => prior.into(),
-        }
-    }
 }
 
 impl From<LifePrior> for Written {
@@ -85,6 +81,60 @@ impl From<LifePrior> for Written {
             Some(alone) => Self::Alone(alone.clone()),
             None => Self::Several { growth: prior.growth, companions: prior.companions },
         }
+    }
+}
+
+impl<'de> Deserialize<'de> for LifePrior {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(Reader)
+    }
+}
+
+/// Tells by the first key which of the two is written. (Trying one after the other would forget where an error is.)
+struct Reader;
+
+impl<'de> Visitor<'de> for Reader {
+    type Value = LifePrior;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("a prior")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<LifePrior, A::Error> {
+        #[derive(Deserialize)]
+        struct Several {
+            growth: GrowthLaws,
+            companions: Option<Companions>,
+        }
+        let first: Option<String> = map.next_key()?;
+        let several = first.as_deref() == Some("growth");
+        let rest = MapAccessDeserializer::new(Ahead { first, map });
+        if several {
+            let Several { growth, companions } = Several::deserialize(rest)?;
+            return Ok(LifePrior { growth, companions });
+        }
+        FleetPrior::deserialize(rest).map(LifePrior::from)
+    }
+}
+
+/// A map whose first key was read ahead.
+struct Ahead<A> {
+    first: Option<String>,
+    map: A,
+}
+
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for Ahead<A> {
+    type Error = A::Error;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, A::Error> {
+        match self.first.take() {
+            Some(first) => seed.deserialize(first.into_deserializer()).map(Some),
+            None => self.map.next_key_seed(seed),
+        }
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
+        self.map.next_value_seed(seed)
     }
 }
 

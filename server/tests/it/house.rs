@@ -9,9 +9,9 @@ use std::{
 };
 
 use domain::{
-    Actor, AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Doubt, DoubtKind, Estimate, Explanation,
-    FaultModel, FaultTrend, FaultVector, HingeLoad, LoadSource, Mask, NUMERICS_VERSION, Outcome, Prognosis,
-    Propagation, RulDistribution, Scope, SetAside, Timestamp, Token, Upload,
+    Actor, AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Doubt, DoubtKind, Ensemble, Estimate, Explanation,
+    FaultModel, FaultTrend, FaultVector, HingeLoad, LoadSource, Mask, NUMERICS_VERSION, Outcome, PastCoverage,
+    Prognosis, Propagation, RulDistribution, Scope, SetAside, Timestamp, Token, Upload,
     explanation::{Driver, Growth, GrowthChange, Shift, Surprise},
     prognosis::{Forecast, InsufficientHistory},
     scoreboard::{AtRul, Coverage, Horizons, LifeHorizons, RulBin, Scoreboard},
@@ -418,6 +418,15 @@ fn blocks(estimates: &[Estimate], forecast: &Forecast) -> Vec<Block> {
     estimates.iter().map(block).collect()
 }
 
+/// Three members, as fifteen finished lives taught.
+fn ensemble() -> Ensemble {
+    let weights = [("climatology", 0.125), ("growth", 0.625), ("similarity", 0.25)];
+    Ensemble {
+        weights: weights.map(|(name, weight)| (name.to_owned(), weight)).into(),
+        coverage_of_past_forecasts: Some(PastCoverage { lives: 15, forecasts: 210, level_80: 0.78, level_95: 0.96 }),
+    }
+}
+
 /// A forecast whose draws end every 40 flight hours from 40 to 4,000, or never.
 pub fn forecast(ending: usize) -> Forecast {
     let ends: Vec<Option<f64>> = (0..100).map(|i| (i < ending).then_some(40.0 * (i + 1) as f64)).collect();
@@ -439,6 +448,7 @@ pub fn forecast(ending: usize) -> Forecast {
         median_error_fh: None,
         probability_failed: 0.0,
         seed: u64::MAX,
+        ensemble: Some(ensemble()),
         explanation: Explanation::default(),
         doubts: Vec::new(),
         gap: None,
