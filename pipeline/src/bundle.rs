@@ -1,16 +1,16 @@
 //! The bundle: one immutable, content-hashed file with everything that judges a life.
 
-use std::{borrow::Cow, collections::HashMap, sync::Arc};
+mod file;
 
-use airframe::load_estimator::LoadEstimator;
 use diagnosis::Diagnoser;
-use domain::{BundleSummary, ContentHash, FaultModel, Invalid, Mask, json};
+use domain::{ContentHash, FaultMeasure, FaultModel, Invalid, Mask};
 use ema::motor::Motor;
-use prognosis::{Boundary, LifePrior, surrogate::Surrogate};
-use reduction::{GappyPod, ReductionError, SelfOrganisingMap};
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use prognosis::{LifePrior, surrogate::Surrogate};
+use reduction::{ReductionError, SelfOrganisingMap};
+use serde::{Deserialize, Serialize};
 
-use crate::{ChainSettings, LoadModel, Metrics, Prior};
+use self::file::BundleFile;
+use crate::{ChainSettings, LoadModel, Metrics};
 
 /// The layout that this code reads and writes.
 const FORMAT: u32 = 1;
@@ -18,7 +18,7 @@ const FORMAT: u32 = 1;
 /// Everything that was learned offline. Its file is JSON with shortest round-trip floats, and the
 /// SHA-256 of the file is its name.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "BundleFile", into = "BundleFile")]
 pub struct Bundle {
     /// Layout of the file.
     pub format: u32,
@@ -26,12 +26,31 @@ pub struct Bundle {
     pub provenance: Provenance,
     /// Names, nominal values and groups of the faults.
     pub faults: FaultModel,
+    /// How faults become known, and which of them end a life.
+    pub assessment: Assessment,
+    /// How loads are read; a bundle without it knows none.
+    pub loads: Option<LoadModel>,
+    /// Prior of new lives until the operator's own fleet has taught a better one.
+    pub prior: LifePrior,
+}
+
+/// How faults become known, and which of them end a life.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Assessment {
+    /// Uploads are samples of maps, which the bundle diagnoses.
+    Maps(Box<MapChain>),
+    /// Uploads bring faults of an own diagnosis.
+    Own(FaultMeasure),
+}
+
+/// From samples of a map to faults, and from faults to the end of life.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapChain {
     /// The motor that it describes.
     pub motor: Motor,
     /// Masks to publish; the first is the one to fetch.
     pub masks: Vec<Mask>,
     /// The self-organising map that placed the points of the first mask, where one did.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub self_organising_map: Option<SelfOrganisingMap>,
     /// Diagnosis of uploads with a load ratio, on the load-invariant map where the chain reads it.
     pub with_load_ratio: Diagnoser,
@@ -39,11 +58,6 @@ pub struct Bundle {
     pub without_load_ratio: Diagnoser,
     /// Stand-in for the assessment function.
     pub surrogate: Surrogate,
-    /// How loads are read; a bundle without it knows none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub loads: Option<LoadModel>,
-    /// Prior of new lives until the operator's own fleet has taught a better one.
-    pub prior: LifePrior,
     /// How good it was on data that it had not seen.
     pub metrics: Metrics,
 }
@@ -52,9 +66,9 @@ pub struct Bundle {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
-    /// Importance samples.
+    /// Importance samples; none of a bundle of own faults.
     pub samples: usize,
-    /// Lives of the fleet that taught the prior.
+    /// Lives that taught the prior.
     pub lives: usize,
     /// Seed of everything random.
     pub seed: u64,
@@ -64,6 +78,9 @@ pub struct Provenance {
     /// Content of the dataset that the diagnosis learned from; simulated maps without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dataset: Option<ContentHash>,
+    /// Content of the recorded lives that taught the prior; a simulated fleet without them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub histories: Option<ContentHash>,
     /// Version of the code.
     pub code_version: String,
 }
@@ -129,10 +146,37 @@ impl Bundle {
     }
 
     /// Refuses parts that do not fit together.
-    fn check(&self) -> Result<(), BundleError> {
+    pub(crate) fn check(&self) -> Result<(), BundleError> {
+        self.maps().map_or(Ok(()), |maps| maps.check(&self.faults))
+    }
+
+    /// The chain that reads maps; `None` of own faults.
+    pub fn maps(&self) -> Option<&MapChain> {
+        match &self.assessment {
+            Assessment::Maps(maps) => Some(maps),
+            Assessment::Own(_) => None,
+        }
+    }
+
+    /// What own faults mean; `None` where maps are read.
+    pub fn measure(&self) -> Option<&FaultMeasure> {
+        match &self.assessment {
+            Assessment::Maps(_) => None,
+            Assessment::Own(measure) => Some(measure),
+        }
+    }
+
+    /// Masks to publish; none of own faults.
+    pub fn masks(&self) -> &[Mask] {
+        self.maps().map_or(&[], |maps| &maps.masks)
+    }
+}
+
+impl MapChain {
+    fn check(&self, faults: &FaultModel) -> Result<(), BundleError> {
         let first = self.masks.first().ok_or(BundleError::NoMask)?;
         for (which, diagnoser) in [("with", &self.with_load_ratio), ("without", &self.without_load_ratio)] {
-            if diagnoser.fault_model != self.faults {
+            if diagnoser.fault_model != *faults {
                 return Err(BundleError::Faults { which });
             }
             let needed = diagnoser.needed_samples();
@@ -144,104 +188,5 @@ impl Bundle {
             Some(other) => Err(BundleError::MixedMasks { first: first.id(), other: other.id() }),
             None => Ok(()),
         }
-    }
-}
-
-/// A document; what is wrong with it is told with its path.
-fn read<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, BundleError> {
-    let mut reader = serde_json::Deserializer::from_slice(json::without_mark(bytes));
-    let document = serde_path_to_error::deserialize(json::Strict(&mut reader));
-    let document = document.map_err(|error| BundleError::Malformed(error.to_string()))?;
-    reader.end().map_err(|error| BundleError::Malformed(error.to_string()))?;
-    Ok(document)
-}
-
-/// A bundle made ready for use.
-#[derive(Debug)]
-pub struct Model {
-    pub(crate) bundle: Bundle,
-    pub(crate) hash: ContentHash,
-    pub(crate) prior: Arc<Prior>,
-    /// The load estimator of the bundle's own sensor configuration.
-    pub(crate) load_estimator: Option<LoadEstimator>,
-    factors: HashMap<ContentHash, Factors>,
-}
-
-/// Both bases at the points of one mask.
-#[derive(Debug, Clone)]
-pub(crate) struct Factors {
-    pub with_load_ratio: GappyPod,
-    pub without_load_ratio: GappyPod,
-}
-
-impl Model {
-    /// Reads a bundle's file.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, BundleError> {
-        /// The first thing to know of a file.
-        #[derive(Deserialize)]
-        struct Header {
-            format: u32,
-        }
-        let header: Header = read(bytes)?;
-        if header.format != FORMAT {
-            return Err(BundleError::Format(header.format));
-        }
-        let bundle: Bundle = read(bytes)?;
-        bundle.check()?;
-        let mut model = Self {
-            hash: ContentHash::of(bytes),
-            prior: Arc::new(Prior::new(bundle.prior.clone())),
-            load_estimator: bundle.loads.as_ref().map(|loads| loads.estimator(None)).transpose()?,
-            bundle,
-            factors: HashMap::new(),
-        };
-        for mask in &model.bundle.masks {
-            let at_mask = model.at(mask).map_err(|reason| BundleError::Mask { mask: mask.id(), reason })?;
-            model.factors.insert(mask.id(), at_mask);
-        }
-        Ok(model)
-    }
-
-    /// The bundle.
-    pub fn bundle(&self) -> &Bundle {
-        &self.bundle
-    }
-
-    /// The bundle's own prior.
-    pub fn prior(&self) -> &Arc<Prior> {
-        &self.prior
-    }
-
-    /// The boundary at which life ends.
-    pub(crate) fn boundary(&self) -> &dyn Boundary {
-        &self.bundle.surrogate
-    }
-
-    /// What the shells need to know of it.
-    pub fn summary(&self) -> BundleSummary {
-        BundleSummary {
-            hash: self.hash,
-            prior: self.prior.hash,
-            faults: self.bundle.faults.clone(),
-            masks: self.bundle.masks.clone(),
-            k_nom: self.bundle.motor.back_emf_v_s_rad,
-            min_samples: self.bundle.with_load_ratio.needed_samples(),
-            measure: None,
-        }
-    }
-
-    /// Both bases at a mask: at hand for the bundle's own, made anew for an older one.
-    pub(crate) fn factors(&self, mask: &Mask) -> Result<Cow<'_, Factors>, ReductionError> {
-        match self.factors.get(&mask.id()) {
-            Some(factors) => Ok(Cow::Borrowed(factors)),
-            None => self.at(mask).map(Cow::Owned),
-        }
-    }
-
-    fn at(&self, mask: &Mask) -> Result<Factors, ReductionError> {
-        Ok(Factors {
-            with_load_ratio: self.bundle.with_load_ratio.on_mask(mask)?,
-            without_load_ratio: self.bundle.without_load_ratio.on_mask(mask)?,
-        })
     }
 }

@@ -14,6 +14,9 @@ pub enum EstimateError {
     /// The mask belongs to another kind of map.
     #[error("mask: {0}")]
     Mask(#[from] ReductionError),
+    /// Samples for a bundle that reads none.
+    #[error("the model reads no samples: its uploads bring faults of their own")]
+    NoMaps,
     /// The tail's sensor configuration cannot be used.
     #[error("sensor configuration: {0}")]
     Sensors(#[from] Invalid),
@@ -36,8 +39,8 @@ impl Model {
         mask: &Mask,
         sensors: Option<&SensorConfiguration>,
     ) -> Result<Estimate, EstimateError> {
-        let samples: Vec<_> =
-            upload.samples.iter().map(|y| y.map(|y| y / self.bundle.motor.back_emf_v_s_rad)).collect();
+        let k_nom = self.bundle.maps().ok_or(EstimateError::NoMaps)?.motor.back_emf_v_s_rad;
+        let samples: Vec<_> = upload.samples.iter().map(|y| y.map(|y| y / k_nom)).collect();
         let measurement =
             Measurement { samples: &samples, load_ratio: upload.load_ratio.as_ref(), noise: upload.sample_noise };
         let outcome = self.diagnose(&measurement, mask)?;
@@ -60,10 +63,11 @@ impl Model {
     /// # Panics
     /// If samples or load ratios are not as many as the mask's points.
     pub fn diagnose(&self, measurement: &Measurement, mask: &Mask) -> Result<Outcome, EstimateError> {
-        let factors = self.factors(mask)?;
+        let maps = self.bundle.maps().ok_or(EstimateError::NoMaps)?;
+        let factors = self.factors(maps, mask)?;
         let outcome = match measurement.load_ratio {
-            Some(_) => self.bundle.with_load_ratio.diagnose(&factors.with_load_ratio, measurement),
-            None => self.bundle.without_load_ratio.diagnose(&factors.without_load_ratio, measurement),
+            Some(_) => maps.with_load_ratio.diagnose(&factors.with_load_ratio, measurement),
+            None => maps.without_load_ratio.diagnose(&factors.without_load_ratio, measurement),
         };
         if let Outcome::Diagnosed(diagnosis) = &outcome {
             check_finite(diagnosis)?;

@@ -21,12 +21,13 @@ use ema::{
     lf2::Parameters,
     life::DIAGNOSIS_SD,
     manoeuvre::Manoeuvre,
+    motor::Motor,
     simulation::{self, Settings, simulate_map},
 };
 use numerics::Stream;
 use prognosis::Boundary;
 
-use crate::{EstimateError, Lf1Form, LifeContext, Model, OutlookError, sense};
+use crate::{Assessment, EstimateError, Lf1Form, LifeContext, MapChain, Model, OutlookError, sense};
 
 /// Standard deviation of a sample, in k_nom.
 const NOISE: f64 = 0.01;
@@ -126,10 +127,15 @@ impl Model {
 
     fn try_out(&self) -> Result<(), RehearsalError> {
         sense::check(&self.bundle)?;
-        self.recognise()?;
-        self.judge()?;
         self.hold_loads()?;
-        self.look_ahead()
+        match &self.bundle.assessment {
+            Assessment::Maps(maps) => {
+                self.recognise(maps)?;
+                self.judge(maps)?;
+                self.look_ahead()
+            }
+            Assessment::Own(_) => Ok(()),
+        }
     }
 
     /// Whether what is known of the electrical actuator can be asked of this bundle.
@@ -138,10 +144,10 @@ impl Model {
     }
 
     /// Every kind of diagnosis by every mask, on maps of known faults; on the mean map where those are not known.
-    fn recognise(&self) -> Result<(), RehearsalError> {
-        let known = if self.is_of_known_actuators() { self.known_maps() } else { Vec::new() };
+    fn recognise(&self, maps: &MapChain) -> Result<(), RehearsalError> {
+        let known = if self.is_of_known_actuators() { self.known_maps(&maps.motor) } else { Vec::new() };
         if known.is_empty() {
-            let mean = self.bundle.without_load_ratio.basis.mean();
+            let mean = maps.without_load_ratio.basis.mean();
             return self.diagnoses(&KnownMap { faults: None, y: mean.to_vec(), r: vec![0.1; mean.len()] }).map(|_| ());
         }
         let mut squares: [Vec<f64>; 3] = Default::default();
@@ -192,7 +198,7 @@ impl Model {
     fn diagnoses(&self, map: &KnownMap) -> Result<Vec<(usize, Diagnosis)>, RehearsalError> {
         let mut stream = Stream::new(1, &["rehearsal"]);
         let mut diagnoses = Vec::new();
-        for mask in &self.bundle.masks {
+        for mask in self.bundle.masks() {
             let samples: Vec<_> = mask.bins().iter().map(|&bin| Some(map.y[bin] + NOISE * stream.normal())).collect();
             let of_points: Vec<f64> = mask.bins().iter().map(|&bin| map.r[bin]).collect();
             let mean = map.r.iter().sum::<f64>() / map.r.len() as f64;
@@ -211,7 +217,7 @@ impl Model {
     }
 
     /// Maps of the bundle's motor with known faults, as those from which it learned; none if the motor does not turn.
-    fn known_maps(&self) -> Vec<KnownMap> {
+    fn known_maps(&self, motor: &Motor) -> Vec<KnownMap> {
         let kind = match self.bundle.provenance.chain.lf1 {
             Lf1Form::Pair => simulation::Model::LowFidelity1,
             Lf1Form::Thesis => simulation::Model::LowFidelity1Thesis,
@@ -220,7 +226,7 @@ impl Model {
         let map = |faults: [f64; 5]| {
             let faults = FaultVector(faults.to_vec());
             let electrical = ElectricalFaults::try_from(&faults).expect("five faults");
-            let map = simulate_map(kind, &self.bundle.motor, &electrical, &Manoeuvre::acquisition(), &settings);
+            let map = simulate_map(kind, motor, &electrical, &Manoeuvre::acquisition(), &settings);
             let values = |values: &[Option<f64>]| values.iter().copied().collect::<Option<Vec<f64>>>();
             Some(KnownMap { faults: Some(faults), y: values(&map.y)?, r: values(&map.r)? })
         };
@@ -228,8 +234,8 @@ impl Model {
     }
 
     /// The surrogate at faults whose verdict is known.
-    fn judge(&self) -> Result<(), RehearsalError> {
-        let (surrogate, faults) = (&self.bundle.surrogate, &self.bundle.faults);
+    fn judge(&self, maps: &MapChain) -> Result<(), RehearsalError> {
+        let (surrogate, faults) = (&maps.surrogate, &self.bundle.faults);
         let refuse = |found: String, k: &[f64]| Err(RehearsalError::Boundary { found, faults: k.to_vec() });
         let mut gradient = vec![0.0; faults.len()];
         let nominal = surrogate.look(&faults.nominal, &mut gradient);
@@ -241,7 +247,7 @@ impl Model {
         if !self.is_of_known_actuators() {
             return Ok(());
         }
-        let parameters = Parameters::assessment_of(&self.bundle.motor);
+        let parameters = Parameters::assessment_of(&maps.motor);
         for k in verdicts() {
             let truth = assess(&parameters, &FaultVector(k.to_vec())).expect("five faults").min_margin();
             let found = surrogate.look(&k, &mut gradient);
@@ -316,7 +322,7 @@ impl Model {
     fn end_of_growth(&self) -> Result<f64, RehearsalError> {
         let at = |t_fh: f64| self.with_fault(FIRST * libm::exp(RATE_PER_H * t_fh));
         let times = (0..(LONGEST_FH / STEP_FH) as u32).map(|i| STEP_FH * f64::from(i));
-        let end = times.into_iter().find(|&t_fh| self.bundle.surrogate.margin(&at(t_fh).0) < 0.0);
+        let end = times.into_iter().find(|&t_fh| self.boundary().margin(&at(t_fh).0) < 0.0);
         end.filter(|&end_fh| end_fh > LEFT_FH).ok_or_else(|| RehearsalError::Boundary {
             found: "a fault that grows to this ends a life at once or never".to_owned(),
             faults: at(LONGEST_FH).0,
@@ -338,7 +344,7 @@ impl Model {
     /// The forecast of a life of so many uploads whose fault has the deviation `growth` of its hours.
     fn foretold(&self, uploads: u32, growth: impl Fn(f64) -> f64) -> Result<Forecast, RehearsalError> {
         let mut stream = Stream::new(1, &["rehearsal", "life"]);
-        let mask = &self.bundle.masks[0];
+        let mask = &self.bundle.masks()[0];
         let history: Vec<Estimate> = (1..=uploads)
             .map(|number| {
                 self.estimate_of(mask, number, self.with_fault(growth(STEP_FH * f64::from(number))), &mut stream)

@@ -6,11 +6,14 @@
 use std::ops::RangeInclusive;
 
 use diagnosis::{Diagnoser, ErrorLaw};
-use domain::{FaultGroup, FaultModel, Invalid};
-use prognosis::prior::{BiasPrior, FleetPrior, GroupPrior};
+use domain::{FaultGroup, FaultMeasure, FaultModel, Invalid};
+use prognosis::{
+    Clock, Coordinate, GrowthLaw, LifePrior,
+    prior::{BiasPrior, FleetPrior, GroupPrior},
+};
 use reduction::PodBasis;
 
-use crate::{Bundle, LoadModel, Metrics, Validation};
+use crate::{Assessment, Bundle, LoadModel, MapChain, Metrics, Validation};
 
 /// How far modes may be from orthonormal, and probabilities from a sum of one.
 const ROUNDING: f64 = 1e-6;
@@ -19,19 +22,53 @@ const ROUNDING: f64 = 1e-6;
 pub fn check(bundle: &Bundle) -> Result<(), Invalid> {
     let mut checked = Checked(Invalid::default());
     checked.faults(&bundle.faults);
-    checked.within("#/motor", bundle.motor.check());
-    for (path, diagnoser) in
-        [("#/with_load_ratio", &bundle.with_load_ratio), ("#/without_load_ratio", &bundle.without_load_ratio)]
-    {
-        checked.diagnoser(path, diagnoser);
+    match &bundle.assessment {
+        Assessment::Maps(maps) => checked.maps(&bundle.faults, maps),
+        Assessment::Own(measure) => checked.measure(&bundle.faults, measure),
     }
-    bundle.prior.growth.laws.iter().for_each(|law| checked.prior(&law.prior));
+    checked.life_prior(&bundle.prior);
     if let Some(loads) = &bundle.loads {
         checked.loads(loads);
     }
-    checked.metrics(&bundle.metrics);
     checked.0.into_result(Some(()))
 }
+
+/// Where the figures of a prior lie.
+struct PriorRanges {
+    rate_per_h: RangeInclusive<f64>,
+    bias_per_h: RangeInclusive<f64>,
+    bias_sd_per_h: RangeInclusive<f64>,
+    /// Of a pair, whose mean is none.
+    pair_bias_per_h: RangeInclusive<f64>,
+    process_noise: RangeInclusive<f64>,
+    start: RangeInclusive<f64>,
+    failure_offset_fh: RangeInclusive<f64>,
+    failure_sd_fh: RangeInclusive<f64>,
+}
+
+/// Actuators: growth that feeds on itself, of faults that begin at nothing.
+const OF_ACTUATORS: PriorRanges = PriorRanges {
+    rate_per_h: 1e-6..=0.05,
+    bias_per_h: 0.0..=1e-3,
+    bias_sd_per_h: 1e-7..=1e-3,
+    pair_bias_per_h: 0.0..=0.0,
+    process_noise: 1e-6..=0.01,
+    start: -0.01..=0.01,
+    failure_offset_fh: -1000.0..=1000.0,
+    failure_sd_fh: 0.1..=2000.0,
+};
+
+/// What recorded lives teach in reference hours and deviations: growth that slows down, too, and wear that is there at the start.
+const OF_LESSONS: PriorRanges = PriorRanges {
+    rate_per_h: -0.05..=0.05,
+    bias_per_h: -0.01..=0.01,
+    bias_sd_per_h: 1e-12..=0.01,
+    pair_bias_per_h: -0.01..=0.01,
+    process_noise: 1e-12..=0.1,
+    start: -1.0..=1.0,
+    failure_offset_fh: -1e5..=1e5,
+    failure_sd_fh: 1e-6..=1e5,
+};
 
 /// What was found so far.
 struct Checked(Invalid);
@@ -73,9 +110,7 @@ impl Checked {
             self.0.push("#/faults/names", "no fault is named");
         }
         self.length("#/faults/nominal", faults.nominal.len(), faults.len());
-        for (i, nominal) in faults.nominal.iter().enumerate() {
-            self.range(format!("#/faults/nominal/{i}"), *nominal, 0.0..=1.0);
-        }
+        self.finite("#/faults/nominal", &faults.nominal);
         let mut times = vec![0; faults.len()];
         for (i, group) in faults.groups.iter().enumerate() {
             let indices = match group {
@@ -91,6 +126,41 @@ impl Checked {
         }
         for (fault, times) in times.iter().enumerate().filter(|(_, times)| **times != 1) {
             self.0.push("#/faults/groups", format!("fault {fault} is in {times} groups, and must be in one"));
+        }
+    }
+
+    fn maps(&mut self, faults: &FaultModel, maps: &MapChain) {
+        for (i, nominal) in faults.nominal.iter().enumerate() {
+            self.range(format!("#/faults/nominal/{i}"), *nominal, 0.0..=1.0);
+        }
+        self.within("#/motor", maps.motor.check());
+        self.diagnoser("#/with_load_ratio", &maps.with_load_ratio);
+        self.diagnoser("#/without_load_ratio", &maps.without_load_ratio);
+        self.metrics(&maps.metrics);
+    }
+
+    fn measure(&mut self, faults: &FaultModel, measure: &FaultMeasure) {
+        let FaultMeasure { limits, sigma, characteristic_life_fh } = measure;
+        for (name, values) in [("limits", limits), ("sigma", sigma)] {
+            self.length(format!("#/measure/{name}"), values.len(), faults.len());
+            self.finite(&format!("#/measure/{name}"), values);
+        }
+        for (i, (limit, nominal)) in limits.iter().zip(&faults.nominal).enumerate() {
+            if limit == nominal {
+                self.0.push(format!("#/measure/limits/{i}"), format!("{limit} is the nominal value, too"));
+            }
+        }
+        for (i, sigma) in sigma.iter().enumerate().filter(|(_, sigma)| **sigma <= 0.0) {
+            self.0.push(format!("#/measure/sigma/{i}"), format!("{sigma} is not above zero"));
+        }
+        self.range("#/measure/characteristic_life_fh", *characteristic_life_fh, 0.1..=1e6);
+        for (i, group) in faults.groups.iter().enumerate() {
+            if !matches!(group, FaultGroup::Free { .. }) {
+                self.0.push(
+                    format!("#/faults/groups/{i}"),
+                    "a fault of an own diagnosis is `free`: it has a limit of its own",
+                );
+            }
         }
     }
 
@@ -152,23 +222,58 @@ impl Checked {
         }
     }
 
-    fn prior(&mut self, prior: &FleetPrior) {
+    fn life_prior(&mut self, prior: &LifePrior) {
+        match (&prior.growth.laws[..], &prior.companions) {
+            ([GrowthLaw { coordinate, prior, .. }], None) if *coordinate == Coordinate::IDENTITY => {
+                self.prior("#/prior", prior, &OF_ACTUATORS);
+            }
+            (laws, _) => self.laws(laws),
+        }
+        if let Some(companions) = &prior.companions {
+            self.within("#/prior/companions", companions.check());
+        }
+    }
+
+    fn laws(&mut self, laws: &[GrowthLaw]) {
+        self.range("#/prior/growth/laws", laws.len() as f64, 1.0..=10.0);
+        let shares: f64 = laws.iter().map(|law| law.share).sum();
+        self.range("#/prior/growth/laws", shares, 1.0 - ROUNDING..=1.0 + ROUNDING);
+        for (i, GrowthLaw { coordinate, prior, share }) in laws.iter().enumerate() {
+            let path = format!("#/prior/growth/laws/{i}");
+            self.range(format!("{path}/share"), *share, 0.0..=1.0);
+            self.range(format!("{path}/coordinate/exponent"), coordinate.exponent, -10.0..=10.0);
+            self.range(format!("{path}/coordinate/offset"), coordinate.offset, 1e-3..=1e3);
+            self.prior(&format!("{path}/prior"), prior, &OF_LESSONS);
+            if prior.clock != laws[0].prior.clock {
+                self.0.push(format!("{path}/prior/clock"), "it differs from that of the first law");
+            }
+        }
+    }
+
+    fn prior(&mut self, root: &str, prior: &FleetPrior, ranges: &PriorRanges) {
         for (i, rate) in prior.rates_per_h.iter().enumerate() {
-            self.range(format!("#/prior/rates_per_h/{i}"), *rate, 1e-6..=0.05);
+            self.range(format!("{root}/rates_per_h/{i}"), *rate, ranges.rate_per_h.clone());
             if i > 0 && *rate <= prior.rates_per_h[i - 1] {
-                self.0.push(format!("#/prior/rates_per_h/{i}"), format!("{rate} is not more than the rate before"));
+                self.0.push(format!("{root}/rates_per_h/{i}"), format!("{rate} is not more than the rate before"));
             }
         }
         let rates = prior.rates_per_h.len();
-        self.group("#/prior/one_sided", &prior.one_sided, rates, 0.0..=1e-3);
-        self.group("#/prior/pair", &prior.pair, rates, 0.0..=0.0);
-        self.range("#/prior/process_noise", prior.process_noise, 1e-6..=0.01);
+        self.group(&format!("{root}/one_sided"), &prior.one_sided, rates, &ranges.bias_per_h, &ranges.bias_sd_per_h);
+        self.group(&format!("{root}/pair"), &prior.pair, rates, &ranges.pair_bias_per_h, &ranges.bias_sd_per_h);
+        self.range(format!("{root}/process_noise"), prior.process_noise, ranges.process_noise.clone());
+        self.range(format!("{root}/start/mean"), prior.start.mean, ranges.start.clone());
+        self.range(format!("{root}/start/sd"), prior.start.sd, 1e-6..=1.0);
+        self.clock(&format!("{root}/clock"), &prior.clock);
         if let Some(error) = prior.failure_time_error {
-            self.range("#/prior/failure_time_error/offset_fh", error.offset_fh, -1000.0..=1000.0);
-            self.range("#/prior/failure_time_error/sd_fh", error.sd_fh, 0.1..=2000.0);
+            self.range(
+                format!("{root}/failure_time_error/offset_fh"),
+                error.offset_fh,
+                ranges.failure_offset_fh.clone(),
+            );
+            self.range(format!("{root}/failure_time_error/sd_fh"), error.sd_fh, ranges.failure_sd_fh.clone());
         }
         if let Some(changes) = &prior.growth_changes {
-            let path = |field: &str| format!("#/prior/growth_changes/{field}");
+            let path = |field: &str| format!("{root}/growth_changes/{field}");
             self.range(path("probability"), changes.probability, 0.0..=1.0);
             self.range(path("start"), changes.start, 0.05..=20.0);
             self.range(path("interval_fh"), changes.interval_fh, 20.0..=1e5);
@@ -177,7 +282,7 @@ impl Checked {
             self.range(path("particles"), changes.particles as f64, 1.0..=1000.0);
         }
         if let Some(limits) = &prior.consistency {
-            let path = |field: &str| format!("#/prior/consistency/{field}");
+            let path = |field: &str| format!("{root}/consistency/{field}");
             self.range(path("usual_scatter"), limits.usual_scatter, 0.05..=20.0);
             self.range(path("scatter"), limits.scatter, limits.usual_scatter.max(0.05)..=50.0);
             self.range(path("surprise"), limits.surprise, 0.5..=200.0);
@@ -185,16 +290,32 @@ impl Checked {
         }
     }
 
-    fn group(&mut self, path: &str, group: &GroupPrior, rates: usize, mean_per_h: RangeInclusive<f64>) {
+    fn clock(&mut self, path: &str, clock: &Clock) {
+        let Clock { block_fh, observations, gap_fh, horizon_fh } = *clock;
+        self.range(format!("{path}/block_fh"), block_fh, 0.1..=1e4);
+        self.range(format!("{path}/observations"), observations as f64, 1.0..=1000.0);
+        self.range(format!("{path}/gap_fh"), gap_fh, block_fh.clamp(0.1, 1e5)..=1e5);
+        self.range(format!("{path}/horizon_fh"), horizon_fh, block_fh.clamp(0.1, 1e6)..=1e6);
+    }
+
+    fn group(
+        &mut self,
+        path: &str,
+        group: &GroupPrior,
+        rates: usize,
+        mean_per_h: &RangeInclusive<f64>,
+        sd_per_h: &RangeInclusive<f64>,
+    ) {
         self.length(format!("{path}/rate_weights"), group.rate_weights.len(), rates);
         for (i, weight) in group.rate_weights.iter().enumerate() {
             self.range(format!("{path}/rate_weights/{i}"), *weight, 0.0..=1.0);
         }
         let sum: f64 = group.rate_weights.iter().sum();
         self.range(format!("{path}/rate_weights"), sum, 1.0 - ROUNDING..=1.0 + ROUNDING);
-        for (name, BiasPrior { mean_per_h: mean, sd_per_h }) in [("minor", group.minor), ("dominant", group.dominant)] {
+        for (name, bias) in [("minor", group.minor), ("dominant", group.dominant)] {
+            let BiasPrior { mean_per_h: mean, sd_per_h: sd } = bias;
             self.range(format!("{path}/{name}/mean_per_h"), mean, mean_per_h.clone());
-            self.range(format!("{path}/{name}/sd_per_h"), sd_per_h, 1e-7..=1e-3);
+            self.range(format!("{path}/{name}/sd_per_h"), sd, sd_per_h.clone());
         }
         self.range(format!("{path}/dominance"), group.dominance, 1e-3..=10.0);
     }

@@ -28,7 +28,10 @@ use prognosis::{
 };
 use reduction::{ImportanceSampling, MaskDesign, ReductionError};
 
-use crate::{Bundle, ChainSettings, Dataset, DatasetError, Labels, LoadModel, Metrics, Provenance, SurrogateMetrics};
+use crate::{
+    Assessment, Bundle, ChainSettings, Dataset, DatasetError, Labels, LoadModel, MapChain, Metrics, Provenance,
+    SurrogateMetrics,
+};
 
 /// Importance samples that judge the surrogate.
 const VALIDATION_ASSESSMENTS: usize = 500;
@@ -143,18 +146,21 @@ pub fn train(
             seed: settings.seed,
             chain: settings.chain,
             dataset: dataset.map(Dataset::id),
+            histories: None,
             code_version: env!("CARGO_PKG_VERSION").to_owned(),
         },
         faults: training.faults,
-        motor: settings.motor.clone(),
-        masks: diagnosis.masks,
-        self_organising_map: diagnosis.self_organising_map,
+        assessment: Assessment::Maps(Box::new(MapChain {
+            motor: settings.motor.clone(),
+            masks: diagnosis.masks,
+            self_organising_map: diagnosis.self_organising_map,
+            with_load_ratio: diagnosis.with_load_ratio,
+            without_load_ratio: diagnosis.without_load_ratio,
+            surrogate,
+            metrics: Metrics { diagnosis: diagnosis.metrics, surrogate: surrogate_metrics },
+        })),
         loads: Some(LoadModel::reference(settings.seed)),
-        with_load_ratio: diagnosis.with_load_ratio,
-        without_load_ratio: diagnosis.without_load_ratio,
-        surrogate,
         prior: prior.into(),
-        metrics: Metrics { diagnosis: diagnosis.metrics, surrogate: surrogate_metrics },
     })
 }
 

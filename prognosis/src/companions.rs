@@ -2,13 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use domain::{Ensemble, PastCoverage};
+use domain::{Ensemble, Invalid, PastCoverage};
 use serde::{Deserialize, Serialize};
 
 use crate::{
     estimator::{Climatology, LevelLives},
     stacking::{Record, Stacked},
 };
+
+/// How far weights may be from a sum of one.
+const ROUNDING: f64 = 1e-6;
 
 /// The estimators that stand beside growth, and the weights of all.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,5 +40,26 @@ impl Companions {
             level_95: record.level_95,
         };
         Ensemble { weights, coverage_of_past_forecasts: record.as_ref().map(coverage) }
+    }
+
+    /// Names what cannot have been learned, such as weights that are none.
+    pub fn check(&self) -> Result<(), Invalid> {
+        let mut invalid = Invalid::default();
+        if !self.similar.is_sound() {
+            invalid.push("#/similar", "no lives in the order of their levels, one of which failed");
+        }
+        if !self.climatology.is_sound() {
+            invalid.push("#/climatology", "no lives in the order of their lengths, one of which failed");
+        }
+        let Stacked { weights, recalibration, .. } = &self.stacked;
+        let sum: f64 = weights.iter().sum();
+        let are_shares = weights.len() == MEMBERS.len() && weights.iter().all(|weight| *weight >= 0.0);
+        if !are_shares || (sum - 1.0).abs() > ROUNDING || sum.is_nan() {
+            invalid.push("#/stacked/weights", format!("{weights:?} are not {} shares whose sum is one", MEMBERS.len()));
+        }
+        if recalibration.as_ref().is_some_and(|map| !map.is_sound()) {
+            invalid.push("#/stacked/recalibration/knots", "no ascending pairs");
+        }
+        invalid.into_result(Some(()))
     }
 }

@@ -41,6 +41,13 @@ pub struct Recalibration {
 }
 
 impl Recalibration {
+    /// Whether it is a monotone map.
+    pub(crate) fn is_sound(&self) -> bool {
+        let ascends = |pair: &[(f64, f64)]| pair[0].0 < pair[1].0 && pair[0].1 <= pair[1].1;
+        let is_finite = |knot: &(f64, f64)| knot.0.is_finite() && knot.1.is_finite();
+        self.knots.len() > 1 && self.knots.iter().all(is_finite) && self.knots.windows(2).all(ascends)
+    }
+
     /// What the levels of the forecasts of some lives teach, so many of which failed; `None` of too few failures.
     pub(crate) fn learn(lives: &[Vec<Level>], failed: usize) -> Option<Self> {
         let mut points: Vec<(f64, f64)> = Vec::new();

@@ -234,8 +234,11 @@ pub async fn mask(state: &State, hash: Option<&ContentHash>) -> Result<MaskBody,
             bundles.find(|bundle| bundle.active).ok_or_else(|| Refusal::NotFound("no model is active".to_owned()))?
         }
     };
-    let first = record.summary.masks.first();
-    let mask = first.ok_or_else(|| Refusal::NotFound(format!("model {} has no mask", record.summary.hash)))?;
+    let none = || {
+        let (hash, names) = (record.summary.hash, record.summary.faults.names.join(", "));
+        Refusal::NotFound(format!("model {hash} reads no samples and has no mask: its uploads bring faults: {names}"))
+    };
+    let mask = record.summary.masks.first().ok_or_else(none)?;
     Ok(MaskBody::new(mask, record.summary.hash))
 }
 

@@ -56,8 +56,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Err(Failure::BadInput(format!("--noise {}: must be 0 to 1", arguments.noise)).into());
     }
     let model = read_model(&arguments.model)?;
-    let maps = dataset::read_maps(&arguments.dataset, model.bundle().motor.back_emf_v_s_rad)?;
-    let mask = &model.bundle().masks[0];
+    let chain = model.bundle().maps().ok_or_else(|| {
+        let file = arguments.model.display();
+        Failure::BadInput(format!("{file}: the model reads no maps: its uploads bring faults of their own"))
+    })?;
+    let (k_nom, mask) = (chain.motor.back_emf_v_s_rad, &chain.masks[0]);
+    let mut maps = dataset::read_maps(&arguments.dataset, k_nom)?;
+    maps.maps.iter_mut().flatten().flatten().for_each(|y| *y /= k_nom);
     if maps.bins != mask.map_length() {
         let (folder, bins, length) = (arguments.dataset.display(), maps.bins, mask.map_length());
         return Err(Failure::BadInput(format!("{folder}: maps of {bins} bins, but the bundle's have {length}")).into());
@@ -99,11 +104,10 @@ impl Noise {
     }
 }
 
-/// The diagnosis of one map; `None` where its usable values are too few or absurd.
+/// The diagnosis of one map, in units of k_nom; `None` where its usable values are too few or absurd.
 fn diagnose(model: &Model, mask: &Mask, maps: &Maps, index: usize, noise: &Noise) -> Option<Diagnosis> {
     let mut stream = noise.stream.substream(index as u64);
-    let k_nom = model.bundle().motor.back_emf_v_s_rad;
-    let sample = |&bin: &usize| noise.onto(&mut stream, maps.maps[index][bin].map(|y| y / k_nom));
+    let sample = |&bin: &usize| noise.onto(&mut stream, maps.maps[index][bin]);
     let samples: Vec<_> = mask.bins().iter().map(sample).collect();
     let load_ratio = maps.load_ratios[index].as_ref().map(|ratio| match ratio {
         LoadRatio::Mean(r) => LoadRatio::Mean(*r),

@@ -91,7 +91,7 @@ fn refused(error: TrainError, dataset: Option<&Path>) -> anyhow::Error {
 }
 
 fn report(model: &Model, out: &Path, seconds: f64) {
-    let metrics = &model.bundle().metrics;
+    let metrics = &model.bundle().maps().expect("trained on maps").metrics;
     let percent = |name: &str, v: &pipeline::Validation| {
         say!("  {name:<24} {:5.2} {:5.2} {:5.2}", 100.0 * v.median, 100.0 * v.mean, 100.0 * v.p95);
     };

@@ -97,9 +97,9 @@ fn trained(name: &str, chain: ChainSettings, sets: &[(&str, Vec<TrainingMap>)]) 
     let bundle = train(&settings, None, &stages)?;
     let training_s = format!("{:.0}", stages.until("lives of the fleet"));
     let row = |name: String, mask: &Mask| row(name, &bundle, mask, &training_s, sets);
-    let mut rows = vec![row(name.to_owned(), &bundle.masks[0])?];
+    let mut rows = vec![row(name.to_owned(), &bundle.masks()[0])?];
     if chain == ChainSettings::default() {
-        rows.push(row(format!("{name}, sampled at the uniform mask"), &bundle.masks[1])?);
+        rows.push(row(format!("{name}, sampled at the uniform mask"), &bundle.masks()[1])?);
     }
     Ok(rows)
 }
@@ -111,7 +111,7 @@ fn row(
     training_s: &str,
     sets: &[(&str, Vec<TrainingMap>)],
 ) -> Anything<Row> {
-    let diagnoser = &bundle.with_load_ratio;
+    let diagnoser = &bundle.maps().expect("trained on maps").with_load_ratio;
     let load = match diagnoser.reader.kind {
         MapKind::LoadInvariant => LoadInput::PerSample,
         MapKind::Raw => LoadInput::None,

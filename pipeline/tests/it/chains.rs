@@ -7,7 +7,7 @@ use domain::{Diagnosis, FaultVector, LoadRatio, Mask, Outcome};
 use ema::{closed_form, faults::ElectricalFaults, motor::Motor};
 use numerics::Stream;
 use pipeline::{
-    Bundle, ChainSettings, Dataset, DatasetError, Labels, Lf1Form, MaskRule, Model, Progress, TrainError,
+    Bundle, ChainSettings, Dataset, DatasetError, Labels, Lf1Form, MapChain, MaskRule, Model, Progress, TrainError,
     TrainSettings, train,
 };
 use prognosis::surrogate::{LabelledFaults, Surrogate};
@@ -61,6 +61,10 @@ fn diagnosis(model: &Model, mask: &Mask, faults: &FaultVector, r: f64, told: boo
     }
 }
 
+fn maps(bundle: &Bundle) -> &MapChain {
+    bundle.maps().expect("it was trained on maps")
+}
+
 /// A bundle as the service has it: from its file.
 fn model(bundle: &Bundle) -> Model {
     let model = Model::from_bytes(&bundle.to_bytes()).unwrap();
@@ -83,7 +87,7 @@ fn a_bundle_from_before_the_chains_is_one_of_the_default_chain() {
     let model = Model::from_bytes(include_bytes!("../../../models/default.json")).unwrap();
     let bundle = model.bundle();
     assert_eq!(bundle.provenance.chain, ChainSettings::default());
-    assert_eq!((bundle.with_load_ratio.prior, &bundle.self_organising_map), (Prior::Pod, &None));
+    assert_eq!((maps(bundle).with_load_ratio.prior, &maps(bundle).self_organising_map), (Prior::Pod, &None));
 }
 
 #[test]
@@ -119,23 +123,23 @@ fn slow_a_bundle_of_the_thesis_serves_uploads_with_and_without_load_ratio() {
     let bundle = train(&settings(ChainSettings::thesis()), None, &Silent).unwrap();
     let model = model(&bundle);
     assert_eq!(bundle.provenance.chain, ChainSettings::thesis());
-    assert_eq!(bundle.with_load_ratio, bundle.without_load_ratio);
-    let map = bundle.self_organising_map.as_ref().unwrap();
+    assert_eq!(maps(&bundle).with_load_ratio, maps(&bundle).without_load_ratio);
+    let map = maps(&bundle).self_organising_map.as_ref().unwrap();
     assert_eq!((map.rows, map.columns, map.component_planes.len()), (5, 6, 1 + 9));
-    for mask in &bundle.masks {
+    for mask in bundle.masks() {
         for told in [true, false] {
             let found = diagnosis(&model, mask, &shorted(), 0.12, told);
             assert!(found.plausible && !found.load_invariant);
             assert_near(&found, &shorted(), 0.03);
         }
     }
-    let figures = &bundle.metrics.diagnosis;
+    let figures = &maps(&bundle).metrics.diagnosis;
     assert_eq!(figures.load_ratio_per_sample, figures.no_load_ratio);
     // The shape function leaves much of an eccentricity over: the intervals must say so.
     assert!(figures.no_load_ratio.median < 0.02 && figures.no_load_ratio.p95 > 0.01, "{figures:?}");
     let coverage = figures.no_load_ratio.coverage_90.iter().sum::<f64>() / 5.0;
     assert!((0.85..=0.95).contains(&coverage), "{coverage}");
-    let condition = condition_number(&bundle.with_load_ratio.basis, &bundle.masks[0]).unwrap();
+    let condition = condition_number(&maps(&bundle).with_load_ratio.basis, &bundle.masks()[0]).unwrap();
     assert_eq!(figures.condition_number, Some(condition));
 }
 
@@ -145,8 +149,8 @@ fn slow_a_dataset_with_load_ratios_teaches_both_diagnosers_and_is_partly_held_ou
     let bundle = train(&settings(ChainSettings::default()), Some(&dataset), &Silent).unwrap();
     let model = model(&bundle);
     assert_eq!(bundle.provenance.dataset, Some(dataset.id()));
-    assert_eq!(bundle.metrics.diagnosis.maps, 40);
-    for mask in &bundle.masks {
+    assert_eq!(maps(&bundle).metrics.diagnosis.maps, 40);
+    for mask in bundle.masks() {
         for r in [-0.05, 0.3] {
             let found = diagnosis(&model, mask, &shorted(), r, true);
             assert!(found.plausible && found.load_invariant);
@@ -154,17 +158,21 @@ fn slow_a_dataset_with_load_ratios_teaches_both_diagnosers_and_is_partly_held_ou
         }
         assert_near(&diagnosis(&model, mask, &shorted(), 0.2, false), &shorted(), 0.03);
     }
-    assert!(bundle.metrics.diagnosis.load_ratio_per_sample.mean < 0.005, "{:?}", bundle.metrics.diagnosis);
+    assert!(
+        maps(&bundle).metrics.diagnosis.load_ratio_per_sample.mean < 0.005,
+        "{:?}",
+        maps(&bundle).metrics.diagnosis
+    );
 }
 
 #[test]
 fn slow_a_dataset_without_load_ratios_gives_one_diagnoser_of_the_raw_map() {
     let dataset = Dataset { load_ratios: None, ..dataset(400) };
     let bundle = train(&settings(ChainSettings::default()), Some(&dataset), &Silent).unwrap();
-    assert_eq!(bundle.with_load_ratio.reader.kind, MapKind::Raw);
-    assert_eq!(bundle.with_load_ratio, bundle.without_load_ratio);
+    assert_eq!(maps(&bundle).with_load_ratio.reader.kind, MapKind::Raw);
+    assert_eq!(maps(&bundle).with_load_ratio, maps(&bundle).without_load_ratio);
     // Its maps were made under loads of all kinds, so it has seen what a load does.
-    let found = diagnosis(&model(&bundle), &bundle.masks[0], &shorted(), 0.2, true);
+    let found = diagnosis(&model(&bundle), &bundle.masks()[0], &shorted(), 0.2, true);
     assert!(!found.load_invariant);
     assert_near(&found, &shorted(), 0.03);
 }
@@ -182,8 +190,8 @@ fn slow_labels_decide_the_boundary_and_verdicts_alone_make_a_classifier() {
     for (labels, classifier) in [(Labels::Margins(labelled(true)), false), (Labels::Verdicts(labelled(false)), true)] {
         let dataset = Dataset { labels: Some(labels), ..dataset(100) };
         let bundle = train(&settings(ChainSettings::default()), Some(&dataset), &Silent).unwrap();
-        assert_eq!(matches!(bundle.surrogate, Surrogate::Svm(_)), classifier);
-        let figures = &bundle.metrics.surrogate;
+        assert_eq!(matches!(maps(&bundle).surrogate, Surrogate::Svm(_)), classifier);
+        let figures = &maps(&bundle).metrics.surrogate;
         assert_eq!((figures.samples, figures.figure_regression.is_none()), (120, classifier));
         let quality = figures.figure_regression.unwrap_or(figures.svm);
         assert!(quality.accuracy > 0.95, "{quality:?}");
@@ -212,18 +220,18 @@ fn unseen() -> Vec<TrainingMap> {
 fn slow_a_bundle_of_single_phase_maps_diagnoses_three_phase_maps_under_random_command_and_load() {
     let settings = TrainSettings { samples: 1000, ..settings(ChainSettings::default()) };
     let (bundle, unseen) = (train(&settings, None, &Silent).unwrap(), unseen());
-    for mask in &bundle.masks {
+    for mask in bundle.masks() {
         let judge = |diagnoser: &Diagnoser, load| {
             let settings = ValidationSettings { load, noise: 0.01, repeats: 10 };
             let found = validate(diagnoser, mask, &unseen, &settings, &Stream::new(1, &["judge"])).unwrap();
             println!("{load:?}: {found:?}");
             found
         };
-        let found = judge(&bundle.with_load_ratio, LoadInput::PerSample);
+        let found = judge(&maps(&bundle).with_load_ratio, LoadInput::PerSample);
         assert!(found.median <= 0.0040 && found.mean <= 0.0045 && found.p95 <= 0.0080, "{found:?}");
         let coverage = found.coverage_90.iter().sum::<f64>() / 5.0;
         assert!((0.87..=0.93).contains(&coverage) && found.implausible < 0.03, "{found:?}");
-        let found = judge(&bundle.without_load_ratio, LoadInput::None);
+        let found = judge(&maps(&bundle).without_load_ratio, LoadInput::None);
         assert!(found.median <= 0.0060 && found.mean <= 0.0090 && found.p95 <= 0.025, "{found:?}");
     }
 }

@@ -26,7 +26,7 @@ fn flight(model: &Model, position: &str, load: f64, number: u64) -> Flight {
 }
 
 fn upload(model: &Model, position: &str, flight: &Flight) -> Upload {
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     Upload {
         tail: "EC-MXA".parse().unwrap(),
         upload_id: "u1".parse().unwrap(),
@@ -49,7 +49,7 @@ fn upload(model: &Model, position: &str, flight: &Flight) -> Upload {
 }
 
 fn estimate(model: &Model, upload: &Upload) -> Estimate {
-    model.estimate(upload, &model.bundle().masks[0], None).unwrap()
+    model.estimate(upload, &model.bundle().masks()[0], None).unwrap()
 }
 
 fn load(model: &Model, upload: &Upload) -> HingeLoad {
@@ -103,12 +103,12 @@ fn a_tail_is_read_by_its_own_configuration() {
         grating.tare = 50e-6;
         *wavelength = wavelength.map(|nm| nm + 0.78 * 50e-6 * grating.wavelength_nm);
     }
-    let by_own = model.estimate(&upload, &model.bundle().masks[0], Some(&own)).unwrap().load.unwrap();
+    let by_own = model.estimate(&upload, &model.bundle().masks()[0], Some(&own)).unwrap().load.unwrap();
     assert_eq!(by_own.sensor_configuration, own.id());
     assert!((by_own.ratio - 1.0).abs() < 0.1, "{by_own:?}");
 
     own.strain_map.pop();
-    let refused = model.estimate(&upload, &model.bundle().masks[0], Some(&own)).unwrap_err();
+    let refused = model.estimate(&upload, &model.bundle().masks()[0], Some(&own)).unwrap_err();
     assert!(refused.to_string().contains("#/strain_map"), "{refused}");
 }
 

@@ -4,5 +4,6 @@ mod chains;
 mod loads;
 mod mutants;
 mod outlook;
+mod own_faults;
 mod rehearsal;
 mod training;

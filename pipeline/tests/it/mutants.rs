@@ -50,7 +50,7 @@ impl Answers {
     fn diagnose(&mut self, model: &Model, faults: &[f64; 5], r: f64) {
         let mut stream = Stream::new(7, &["mutants"]);
         let electrical = ElectricalFaults::try_from(&FaultVector(faults.to_vec())).unwrap();
-        let mask = &model.bundle().masks[0];
+        let mask = &model.bundle().masks()[0];
         let mut sample = |&bin: &usize| Some(closed_form::back_emf(&electrical, bin, r) + 0.005 * stream.normal());
         let samples: Vec<_> = mask.bins().iter().map(&mut sample).collect();
         for load_ratio in [None, Some(LoadRatio::Mean(r)), Some(LoadRatio::PerSample(vec![Some(r); mask.len()]))] {
@@ -73,7 +73,7 @@ impl Answers {
                 upload_id: format!("u{i:05}").parse().unwrap(),
                 flight_hours,
                 recorded_at: Timestamp::from_micros(0).plus_hours(3.0 * flight_hours),
-                mask_id: model.bundle().masks[0].id(),
+                mask_id: model.bundle().masks()[0].id(),
                 model: model.summary().hash,
                 numerics_version: NUMERICS_VERSION,
                 measurement: None,

@@ -46,7 +46,7 @@ fn growing(model: &Model, from: f64, count: u32) -> Vec<Estimate> {
             upload_id: format!("u{i:05}").parse().unwrap(),
             flight_hours,
             recorded_at: "2026-01-01T00:00:00Z".parse::<Timestamp>().unwrap().plus_hours(3.0 * flight_hours),
-            mask_id: model.bundle().masks[0].id(),
+            mask_id: model.bundle().masks()[0].id(),
             model: model.summary().hash,
             numerics_version: NUMERICS_VERSION,
             measurement: None,
@@ -91,7 +91,7 @@ fn upload(mask: &Mask, k_nom: f64, faults: &FaultVector, r: Option<f64>) -> Uplo
 }
 
 fn diagnosis(model: &Model, upload: &Upload) -> Diagnosis {
-    match model.estimate(upload, &model.bundle().masks[0], None).unwrap().outcome {
+    match model.estimate(upload, &model.bundle().masks()[0], None).unwrap().outcome {
         Outcome::Diagnosed(diagnosis) => diagnosis,
         other => panic!("{other:?}"),
     }
@@ -100,7 +100,7 @@ fn diagnosis(model: &Model, upload: &Upload) -> Diagnosis {
 #[test]
 fn samples_of_known_faults_are_diagnosed_with_and_without_load_ratio() {
     let model = model();
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     let truth = FaultVector(vec![0.12, 0.03, 0.0, 0.55, 0.47]);
     for (r, within) in [(Some(0.1), 0.01), (Some(-0.2), 0.01), (None, 0.03)] {
         let found = diagnosis(&model, &upload(mask, model.summary().k_nom, &truth, r));
@@ -116,7 +116,7 @@ fn samples_of_known_faults_are_diagnosed_with_and_without_load_ratio() {
 #[test]
 fn signals_that_no_motor_gives_are_not_plausible() {
     let model = model();
-    let (mask, k_nom) = (&model.bundle().masks[0], model.summary().k_nom);
+    let (mask, k_nom) = (&model.bundle().masks()[0], model.summary().k_nom);
     let mut stream = Stream::new(5, &["signals"]);
     for (r, faults) in [(Some(0.1), 0.0), (None, 0.0), (Some(0.3), 0.2), (None, 0.2)] {
         let truth = FaultVector(vec![faults, 0.0, 0.0, 0.5, 0.5]);
@@ -135,7 +135,7 @@ fn signals_that_no_motor_gives_are_not_plausible() {
 #[test]
 fn missing_samples_cost_certainty_and_too_few_leave_nothing_to_say() {
     let model = model();
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     let whole = upload(mask, model.summary().k_nom, &FaultVector(vec![0.1, 0.0, 0.0, 0.5, 0.5]), Some(0.1));
     let without = |missing: usize| {
         let mut upload = whole.clone();

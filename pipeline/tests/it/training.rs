@@ -20,15 +20,15 @@ fn slow_a_small_bundle_keeps_the_promises_of_its_method() {
     let model = Model::from_bytes(&bundle.to_bytes()).unwrap();
     assert_eq!(*model.bundle(), bundle, "a bundle survives its file");
 
-    let per_sample = &bundle.metrics.diagnosis.load_ratio_per_sample;
+    let per_sample = &bundle.maps().unwrap().metrics.diagnosis.load_ratio_per_sample;
     assert!(per_sample.median <= 0.0040 && per_sample.mean <= 0.0045 && per_sample.p95 <= 0.0080, "{per_sample:?}");
-    let without = &bundle.metrics.diagnosis.no_load_ratio;
+    let without = &bundle.maps().unwrap().metrics.diagnosis.no_load_ratio;
     assert!(without.median <= 0.0060 && without.mean <= 0.0090 && without.p95 <= 0.025, "{without:?}");
     for (name, validation) in [("per sample", per_sample), ("none", without)] {
         let coverage = validation.coverage_90.iter().sum::<f64>() / validation.coverage_90.len() as f64;
         assert!((0.85..=0.95).contains(&coverage), "{name}: {coverage}");
     }
-    let surrogate = bundle.metrics.surrogate.figure_regression.unwrap();
+    let surrogate = bundle.maps().unwrap().metrics.surrogate.figure_regression.unwrap();
     assert!(surrogate.accuracy >= 0.98, "{surrogate:?}");
     let error = bundle.prior.first().failure_time_error.expect("twenty lives are enough to learn it");
     assert!(error.sd_fh < 200.0 && error.offset_fh.abs() < 150.0, "{error:?}");

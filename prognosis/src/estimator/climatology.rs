@@ -30,6 +30,16 @@ pub struct Climatology {
 }
 
 impl Climatology {
+    /// Whether it can have been learned.
+    pub(crate) fn is_sound(&self) -> bool {
+        let is_positive = |value: f64| value.is_finite() && value > 0.0;
+        self.lives.iter().all(|life| is_positive(life.0))
+            && self.lives.is_sorted_by(|a, b| a.0 <= b.0)
+            && self.lives.iter().any(|life| life.1 == Ending::Failed)
+            && is_positive(self.tail.scale_fh)
+            && is_positive(self.tail.shape)
+    }
+
     /// What earlier lives, given by their lengths in hours and endings, teach; lives without length do not count.
     pub fn learn(lives: impl IntoIterator<Item = (f64, Ending)>) -> Result<Self, NoFailure> {
         let mut lives: Vec<(f64, Ending)> = lives.into_iter().filter(|life| life.0 > 0.0).collect();

@@ -15,7 +15,7 @@ use store::Store;
 use tokio_util::sync::CancellationToken;
 
 async fn accept(store: &Store, model: &pipeline::Model, uploads: u32) {
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     for index in 0..uploads {
         store.accept(&OperatorId::default(), upload(model, mask, index), now()).await.unwrap();
     }

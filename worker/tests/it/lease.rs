@@ -12,7 +12,7 @@ async fn uploads_become_estimates_states_and_a_prognosis() {
     let folder = tempfile::tempdir().unwrap();
     let (store, model) = store(&folder).await;
     let operator = OperatorId::default();
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     for index in 0..20 {
         assert_eq!(store.accept(&operator, upload(&model, mask, index), now()).await.unwrap(), Receipt::Accepted);
     }
@@ -42,7 +42,7 @@ async fn an_upload_that_cannot_be_estimated_is_set_aside_and_stops_no_other() {
     summary.hash = domain::ContentHash::of(body);
     summary.masks = vec![foreign.clone()];
     store.register_bundle(&summary, body, Actor::Cli.at(now())).await.unwrap();
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     for index in 0..8 {
         let mask = if index == 3 { &foreign } else { mask };
         store.accept(&operator, upload(&model, mask, index), now()).await.unwrap();
@@ -62,7 +62,7 @@ async fn an_upload_whose_hours_or_time_cannot_be_is_set_aside_and_states_rest_on
     let folder = tempfile::tempdir().unwrap();
     let (store, model) = store(&folder).await;
     let operator = OperatorId::default();
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     for index in 0..8 {
         let mut upload = upload(&model, mask, index);
         if index == 3 {
@@ -93,7 +93,7 @@ async fn a_retried_upload_is_judged_by_the_clock_of_its_retry_also_when_results_
     let folder = tempfile::tempdir().unwrap();
     let (store, model) = store(&folder).await;
     let operator = OperatorId::default();
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     let behind = now().plus_hours(-5.0 * 8766.0);
     for index in 0..8 {
         store.accept(&operator, upload(&model, mask, index), behind).await.unwrap();
@@ -126,7 +126,7 @@ async fn a_forecast_is_left_to_newer_uploads_that_wait() {
     let folder = tempfile::tempdir().unwrap();
     let (store, model) = store(&folder).await;
     let operator = OperatorId::default();
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     let analyst = Analyst::new(store.clone(), settings().clock);
     let accept = async |index| store.accept(&operator, upload(&model, mask, index), now()).await.unwrap();
     let lease = async || store.lease(Duration::from_secs(60)).await.unwrap().unwrap();
@@ -154,7 +154,7 @@ async fn a_new_worker_goes_on_where_another_one_stopped() {
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
     let ((in_parts, model), (at_once, _)) = (store(&folders[0]).await, store(&folders[1]).await);
     let operator = OperatorId::default();
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     let received_at = now().plus_hours(1000.0);
     for part in [0..140, 140..160] {
         for index in part {

@@ -13,7 +13,7 @@ const EVERY_FH: f64 = 10.0;
 
 /// The `index`-th upload of a unit.
 fn of_unit(model: &Model, unit: u32, index: u32) -> Upload {
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     let flight_hours = EVERY_FH * f64::from(index + 1);
     Upload {
         upload_id: format!("unit{unit}.{index}").parse().unwrap(),

@@ -15,7 +15,7 @@ const BATCH: f64 = 12.0;
 
 /// A life of four days near its end, with one upload whose hours cannot be.
 fn life(model: &Model) -> Vec<Upload> {
-    let mask = &model.bundle().masks[0];
+    let mask = &model.bundle().masks()[0];
     let mut stream = Stream::new(5, &["life"]);
     let mut uploads: Vec<Upload> = (0..UPLOADS).map(|index| upload(model, mask, index)).collect();
     for (index, upload) in uploads.iter_mut().enumerate() {

@@ -29,7 +29,10 @@ pub fn gather(
     notes: &mut Vec<String>,
 ) -> Result<Knowledge> {
     let bundle = model.bundle();
-    let (faults, surrogate) = (bundle.faults.clone(), bundle.surrogate.clone());
+    let maps = bundle.maps().ok_or_else(|| {
+        refuse("--model takes faults of an own diagnosis: tell the --limit of each, and no --model".to_owned())
+    })?;
+    let (faults, surrogate) = (bundle.faults.clone(), maps.surrogate.clone());
     let mut knowledge = Knowledge::new(faults, surrogate, bundle.prior.first(), DIAGNOSIS_SD.into());
     if !labels.is_empty() {
         knowledge.replace_surrogate(train_surrogate(labels, &knowledge.faults)?);

@@ -62,8 +62,7 @@ async fn activate(store: &Store, name: &str, lives: Lives) -> Result<()> {
     match (lives, strangers.first()) {
         (Lives::All, Some(other)) => return Err(unreadable(chosen, other).into()),
         (Lives::New, Some(other)) => note!(
-            "note: {}. A life that begins from now on needs uploads at a mask of the new bundle; those at an older \
-             mask are accepted and set aside.",
+            "note: {}. A life that begins from now on needs uploads as the new bundle reads them; others are set aside.",
             unreadable(chosen, other)
         ),
         (_, None) => {}
@@ -92,7 +91,7 @@ fn named<'a>(bundles: &'a [BundleRecord], name: &str) -> Result<&'a BundleRecord
     }
 }
 
-/// Bundles that judge lives now and whose masks another one cannot read.
+/// Bundles that judge lives now and whose uploads another one cannot read.
 async fn strangers<'a>(
     store: &Store,
     bundles: &'a [BundleRecord],
@@ -103,27 +102,44 @@ async fn strangers<'a>(
     Ok(judging.filter(|other| !reads_alike(chosen, other)).collect())
 }
 
+/// Whether uploads made for one can be read by the other: samples of the same maps, or own faults of the same names and meaning.
 fn reads_alike(one: &BundleSummary, other: &BundleSummary) -> bool {
-    one.masks.iter().zip(&other.masks).all(|(mask, another)| mask.reads_alike(another))
+    match (&one.measure, &other.measure) {
+        (None, None) => one.masks.iter().zip(&other.masks).all(|(mask, another)| mask.reads_alike(another)),
+        (Some(measure), Some(another)) => one.faults == other.faults && measure.limits == another.limits,
+        _ => false,
+    }
 }
 
 fn unreadable(chosen: &BundleSummary, other: &BundleSummary) -> Failure {
-    let map = |summary: &BundleSummary| match summary.masks.first() {
-        Some(mask) => format!("{} points of {}", mask.map_length(), mask.coordinate().as_str()),
-        None => "no mask".to_owned(),
-    };
     Failure::BadInput(format!(
-        "model {} reads maps of {}, and lives judged by {} have uploads sampled from maps of {}, which it cannot read",
+        "model {} reads {}, and lives judged by {} have uploads of {}, which it cannot read",
         chosen.hash,
-        map(chosen),
+        uploads(chosen),
         other.hash,
-        map(other)
+        uploads(other)
     ))
+}
+
+/// What uploads for a bundle hold.
+fn uploads(summary: &BundleSummary) -> String {
+    let faults = &summary.faults;
+    match (&summary.measure, summary.masks.first()) {
+        (Some(measure), _) => {
+            let ways = faults.names.iter().zip(&faults.nominal).zip(&measure.limits);
+            let way = |((name, nominal), limit): ((&String, &f64), &f64)| format!("{name} from {nominal} to {limit}");
+            format!("faults of their own ({})", ways.map(way).collect::<Vec<_>>().join(", "))
+        }
+        (None, Some(mask)) => {
+            format!("samples of maps of {} points of {}", mask.map_length(), mask.coordinate().as_str())
+        }
+        (None, None) => "no mask".to_owned(),
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use domain::{Coordinate, FaultModel, Mask, Timestamp};
+    use domain::{Coordinate, FaultMeasure, FaultModel, Mask, Timestamp};
 
     use super::*;
 
@@ -160,5 +176,19 @@ mod tests {
         assert!(!reads_alike(&short, &long));
         let words = unreadable(&long, &short).to_string();
         assert!(words.contains("maps of 720 points") && words.contains("maps of 360 points"), "{words}");
+    }
+
+    #[test]
+    fn own_faults_of_the_same_meaning_are_read_alike_and_samples_never() {
+        let own = |limit: f64| BundleSummary {
+            masks: Vec::new(),
+            measure: Some(FaultMeasure { limits: vec![limit; 5], sigma: vec![0.1; 5], characteristic_life_fh: 900.0 }),
+            ..bundle("eeeeffff", 360).summary
+        };
+        assert!(reads_alike(&own(2.0), &own(2.0)));
+        assert!(!reads_alike(&own(2.0), &own(3.0)));
+        let samples = bundle("aaaabbbb", 360).summary;
+        assert!(!reads_alike(&own(2.0), &samples) && !reads_alike(&samples, &own(2.0)));
+        assert!(unreadable(&own(2.0), &samples).to_string().contains("faults of their own (k1 from 0 to 2, "));
     }
 }

@@ -96,6 +96,22 @@ struct Remaining {
 }
 
 impl LevelLives {
+    /// Whether it can have been learned.
+    pub(crate) fn is_sound(&self) -> bool {
+        let ascending = |times: &[f64]| times.iter().all(|t_fh| t_fh.is_finite()) && times.is_sorted();
+        let is_life = |life: &LevelLife| {
+            !life.reached_fh.is_empty()
+                && ascending(&life.reached_fh)
+                && life.greatest.is_finite()
+                && life.end_fh.is_finite()
+        };
+        let is_positive = |value: f64| value.is_finite() && value >= 0.0;
+        self.lives.iter().all(is_life)
+            && self.lives.iter().any(|life| life.ending == Ending::Failed)
+            && [self.step, self.power, self.pace_precision].into_iter().all(is_positive)
+            && self.step > 0.0
+    }
+
     /// Lives that tell something here.
     fn atoms(&self, level: f64, now_fh: f64, but: Option<usize>) -> Vec<Atom> {
         let atom = |(_, life): (usize, &LevelLife)| {

@@ -183,7 +183,7 @@ async fn work(service: &Service, clock: &Clock) {
 /// A good upload, but for the hours of the one that is set aside.
 pub fn upload(owner: Owner, tail: usize, number: usize) -> UploadBody {
     let bundle = &Bundle::all()[0].model;
-    let mask = &bundle.bundle().masks[0];
+    let mask = &bundle.bundle().masks()[0];
     let flight_hours = 4000.0 + 7.0 * number as f64 + if number == SET_ASIDE { 5000.0 } else { 0.0 };
     UploadBody {
         upload_id: owner.upload(tail, number),

@@ -88,7 +88,7 @@ impl Run {
         service.provide(&clock).await;
         let mut dice = Dice::new(seed, &["schedule"]);
         let (mut orders, mut waiting, mut tails) = (Vec::new(), Vec::new(), BTreeSet::new());
-        let mask = &Bundle::all()[0].model.bundle().masks[0];
+        let mask = &Bundle::all()[0].model.bundle().masks()[0];
         for operator in 0..mix.operators {
             let told = Teller::new(seed, &mix, operator, mask).tell();
             waiting.push(late(orders.len(), told.len(), mix.lateness, &mut dice));
