@@ -14,6 +14,7 @@ mod health;
 mod hindsight;
 mod http;
 mod interrupt;
+mod lesson;
 mod progress;
 mod say;
 mod scorer;

@@ -1,10 +1,7 @@
 //! `actuary backtest`: estimators of remaining life, fed with recorded lives as if they were being lived.
 
-mod histories;
 mod knowledge;
-mod laws;
 mod learned;
-mod oddities;
 mod predictions;
 mod recorded;
 
@@ -22,10 +19,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use prognosis::{Climatology, FleetPrior, PredictionSettings, Rbg};
 use serde::Serialize;
 
-use self::histories::Files;
 use crate::{
     exit::Failure,
-    files::{output::OutputFolder, records},
+    files::{
+        bundle,
+        histories::{self, Files},
+        output::OutputFolder,
+        records,
+    },
     say::{self, note, say},
 };
 
@@ -191,7 +192,7 @@ fn actuators(arguments: &Arguments, model: &Path, out: &OutputFolder, bar: &Prog
         },
         seed: SEED,
     };
-    let model = knowledge::read_model(model)?;
+    let model = bundle::read(model)?;
     let names = chosen(arguments, model.bundle().prior.first())?;
     let files = Files {
         histories: &arguments.histories,

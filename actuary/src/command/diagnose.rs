@@ -1,9 +1,8 @@
 //! `actuary diagnose`: fault vectors of the maps of a dataset folder.
 
 use std::{
-    fs,
     io::{self, Write},
-    path::{Path, PathBuf},
+    path::PathBuf,
 };
 
 use anyhow::Result;
@@ -16,6 +15,7 @@ use rayon::prelude::*;
 use crate::{
     exit::Failure,
     files::{
+        bundle,
         dataset::{self, Maps},
         output::OutputFile,
     },
@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if !(0.0..=1.0).contains(&arguments.noise) {
         return Err(Failure::BadInput(format!("--noise {}: must be 0 to 1", arguments.noise)).into());
     }
-    let model = read_model(&arguments.model)?;
+    let model = bundle::read(&arguments.model)?;
     let chain = model.bundle().maps().ok_or_else(|| {
         let file = arguments.model.display();
         Failure::BadInput(format!("{file}: the model reads no maps: its uploads bring faults of their own"))
@@ -76,13 +76,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let none = rows.iter().filter(|row| row.is_none()).count();
     note!("{} maps diagnosed ({implausible} not plausible), {none} could not be", rows.len() - none);
     Ok(())
-}
-
-/// Reads a bundle's file.
-pub fn read_model(file: &Path) -> Result<Model, Failure> {
-    let refuse = |reason: String| Failure::BadInput(format!("{}: {reason}", file.display()));
-    let bytes = fs::read(file).map_err(|error| refuse(error.to_string()))?;
-    Model::from_bytes(&bytes).map_err(|error| refuse(error.to_string()))
 }
 
 /// Noise to add to samples, in units of k_nom.

@@ -1,29 +1,41 @@
-//! `actuary train`: a model bundle from a motor's parameters and a seed, or from maps that somebody has.
+//! `actuary train`: a model bundle from a motor's parameters and a seed, from maps that somebody has, or from recorded lives.
 
 mod chain;
+mod fleet;
+mod own_faults;
 
 use std::{
+    fs,
     path::{Path, PathBuf},
     time::Instant,
 };
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
-use pipeline::{Model, SurrogateMetrics, TrainError, TrainSettings};
+use domain::ContentHash;
+use pipeline::{Bundle, Model, SurrogateMetrics, TrainError, TrainSettings};
+use prognosis::Companions;
 
 use crate::{
     exit::Failure,
-    files::{dataset, motor, output::OutputFile},
+    files::{dataset, motor, output::OutputFile, records},
     progress::Bar,
     say::say,
 };
 
-/// Train a model bundle: simulates maps, assessments and a fleet, and learns from them.
+/// Train a model bundle: simulates maps, assessments and a fleet, and learns from them; or learns from recorded lives.
+///
+/// With --histories and --limit, lives are those of a fleet that diagnoses itself: the columns of --limit are its faults, and the bundle
+/// serves uploads that bring them. Times are flight hours, as those of uploads will be. Of --model stays how loads are read.
+///
+/// With --histories alone, lives are those of actuators whose faults --model diagnoses, and teach its prior; all else of it stays.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   actuary train --out bundle.json --samples 1000 --seed 1
   actuary train --out bench.json --dataset bench/ --motor motor.json
   actuary train --out thesis.json --chain thesis
+  actuary train --out cracks.json --histories cracks.csv --limit crack_mm=49.8 --model models/default.json
+  actuary train --out fleet.json --histories histories.csv --truth truth.csv --model models/default.json
 
 The chain of the thesis: thesis form of LF1, SOM mask, least squares, raw map, training without noise.
 
@@ -56,10 +68,57 @@ pub struct Arguments {
     motor: Option<PathBuf>,
     #[command(flatten)]
     chain: chain::ChainArguments,
+    /// Learn from these lives, whose columns are those of actuary backtest; all of them teach.
+    #[arg(long, value_name = "FILE", num_args = 1.., requires = "model", help_heading = RECORDED, conflicts_with_all = SIMULATED)]
+    histories: Vec<PathBuf>,
+    /// The bundle that gives what these lives do not teach.
+    #[arg(long, value_name = "FILE", requires = "histories", help_heading = RECORDED)]
+    model: Option<PathBuf>,
+    /// Without --limit, the true failure times, the n-th file for the n-th histories: a run that it does not tell of was removed
+    /// before it failed [default: each run fails at its last row].
+    #[arg(long, value_name = "FILE", num_args = 1.., requires = "histories", conflicts_with = "limits", help_heading = RECORDED)]
+    truth: Vec<PathBuf>,
+    #[command(flatten, next_help_heading = RECORDED)]
+    records: records::Flags,
 }
+
+const RECORDED: &str = "Recorded lives";
+/// What only a training by simulation or by maps asks for.
+const SIMULATED: [&str; 13] = [
+    "dataset",
+    "samples",
+    "lives",
+    "seed",
+    "motor",
+    "chain",
+    "lf1",
+    "mask",
+    "gappy",
+    "modes",
+    "hidden",
+    "noise_training",
+    "map",
+];
 
 /// Trains and writes the bundle.
 pub fn run(arguments: Arguments) -> Result<()> {
+    let told = arguments.records.without_limits().or((!arguments.records.limits.is_empty()).then_some("--limit"));
+    match (&arguments.model, told, arguments.records.limits.is_empty()) {
+        (None, Some(flag), _) => Err(refuse(format!("{flag} is for lives of --histories")).into()),
+        (None, None, _) => from_maps(arguments),
+        (Some(_), Some(flag), true) => Err(refuse(format!("{flag} is for lives with --limit")).into()),
+        (Some(base), _, false) => own_faults::run(base, &arguments),
+        (Some(base), _, true) => fleet::run(base, &arguments),
+    }
+}
+
+/// What is wrong with the files together.
+fn refuse(reason: String) -> Failure {
+    Failure::BadInput(reason)
+}
+
+/// Trains on maps, simulated or recorded, and writes the bundle.
+fn from_maps(arguments: Arguments) -> Result<()> {
     let settings = TrainSettings {
         motor: motor::read(arguments.motor.as_deref())?,
         samples: arguments.samples as usize,
@@ -72,11 +131,32 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let started = Instant::now();
     let bundle = pipeline::train(&settings, dataset.as_ref(), &Bar::new())
         .map_err(|error| refused(error, arguments.dataset.as_deref()))?;
+    let model = write(&bundle, &out)?;
+    report(&model, &arguments.out, started.elapsed().as_secs_f64());
+    Ok(())
+}
+
+/// Writes a bundle that can be read.
+fn write(bundle: &Bundle, out: &OutputFile) -> Result<Model> {
     let bytes = bundle.to_bytes();
     let model = Model::from_bytes(&bytes)?;
     out.write(|writer| writer.write_all(&bytes))?;
-    report(&model, &arguments.out, started.elapsed().as_secs_f64());
-    Ok(())
+    Ok(model)
+}
+
+/// Writes a bundle that recorded lives have taught, if it can be served.
+fn write_taught(bundle: &Bundle, out: &OutputFile) -> Result<Model> {
+    let model = Model::from_bytes(&bundle.to_bytes())?;
+    let served = model.rehearse();
+    served.map_err(|error| refuse(format!("what these lives teach cannot be served: {error}")))?;
+    write(bundle, out)
+}
+
+/// What the files of recorded lives hold.
+fn content(files: &[PathBuf]) -> Result<ContentHash> {
+    let bytes = files.iter().map(|file| fs::read(file).with_context(|| file.display().to_string()));
+    let bytes: Vec<Vec<u8>> = bytes.collect::<Result<_>>()?;
+    Ok(ContentHash::of_parts(bytes.iter().map(Vec::as_slice)))
 }
 
 /// Training is a pure function of what the user gave: nearly all that can go wrong is in that.
@@ -117,4 +197,30 @@ fn print_surrogates(metrics: &SurrogateMetrics) {
         let times = failure_time.map(|it| format!("{:7.0} {:+7.0}", it.sd_fh, it.offset_fh)).unwrap_or_default();
         say!("  {name:<24} {:5.2} {:5.2} {:5.2} {times}", shares[0], shares[1], shares[2]);
     }
+}
+
+/// Members of a mixture, in the order of their weights.
+const MEMBERS: [&str; 3] = ["growth", "similarity", "climatology"];
+
+/// How much each member is believed, and how forecasts of lives held out did, in hours told by `hours`.
+fn report_companions(companions: &Companions, hours: &dyn Fn(f64) -> f64) {
+    let stacked = &companions.stacked;
+    let of_members = |figures: &[f64], digits: usize| {
+        let told = MEMBERS.iter().zip(figures).map(|(name, figure)| format!("{name} {figure:.digits$}"));
+        told.collect::<Vec<_>>().join(", ")
+    };
+    say!("weights: {}", of_members(&stacked.weights, 2));
+    let Some(record) = &stacked.record else {
+        say!("no forecast of a life held out could be made");
+        return;
+    };
+    let members: Vec<f64> = record.members_crps_fh.iter().map(|fh| hours(*fh)).collect();
+    say!(
+        "{} forecasts of {} lives held out: CRPS {:.0} h ({}); 80 % intervals held {:.0} %",
+        record.forecasts,
+        record.lives,
+        hours(record.crps_fh),
+        of_members(&members, 0),
+        100.0 * record.level_80
+    );
 }

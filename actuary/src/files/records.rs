@@ -12,7 +12,6 @@ mod notes;
 use std::path::{Path, PathBuf};
 
 use evaluation::{RecordedLife, Records};
-use prognosis::Ending;
 
 use self::{file::RecordFile, life::Untold, measure::Told, notes::Notes};
 use crate::exit::Failure;
@@ -32,6 +31,17 @@ pub struct Lives {
     pub notes: Vec<String>,
 }
 
+/// Lives of which all teach.
+#[derive(Debug)]
+pub struct Teachers {
+    /// The lives: over, and failed at least once.
+    pub lives: Records,
+    /// What the values of each fault mean.
+    pub measures: Vec<Measure>,
+    /// What follows from the rules and may surprise, a line each.
+    pub notes: Vec<String>,
+}
+
 /// The tables of a backtest.
 #[derive(Debug, Clone, Copy)]
 pub struct Tables<'a> {
@@ -45,17 +55,12 @@ pub struct Tables<'a> {
 
 /// Reads lives that teach and lives that are judged.
 pub fn read(tables: Tables, flags: &Flags) -> Result<Lives, Failure> {
-    if let Some(contradiction) = flags.contradiction() {
-        return Err(Failure::BadInput(contradiction));
-    }
-    let mut histories =
-        tables.histories.iter().map(|file| RecordFile::read(file, flags)).collect::<Result<Vec<_>, _>>()?;
-    name_after_files(&mut histories, tables.histories)?;
+    let histories = read_histories(tables.histories, flags)?;
     let prior = tables.prior.map(|file| RecordFile::read(file, flags)).transpose()?;
     must_count_alike(prior.iter().chain(&histories))?;
-    let all: Vec<Told> = histories.iter().flat_map(|file| file.units.iter().map(move |unit| (file, unit))).collect();
+    let all = units(&histories);
     let (teachers, judged) = match &prior {
-        Some(prior) => (prior.units.iter().map(|unit| (prior, unit)).collect(), all),
+        Some(prior) => (units(std::slice::from_ref(prior)), all),
         None => divided(all, tables.split)?,
     };
     let measures = Measure::all(flags, &teachers)?;
@@ -67,25 +72,71 @@ pub fn read(tables: Tables, flags: &Flags) -> Result<Lives, Failure> {
         .iter()
         .filter(|(_, unit)| teachers.iter().any(|(_, other)| unit.is_told_as(other)))
         .for_each(|(_, unit)| notes.taught(unit));
-    let ends_with_record = flags.end.is_none() && measures.iter().any(|measure| measure.learned);
-    let untold = |otherwise| if ends_with_record { Untold::Failed } else { otherwise };
-    let mut lives = |told: &[Told], untold| lives(told, &measures, untold, &mut notes);
-    let (teach, judge) = (lives(&teachers, untold(Untold::Removed))?, lives(&judged, untold(Untold::GoesOn))?);
-    if !teach.iter().any(|life| life.end.is_some_and(|end| end.ending == Ending::Failed)) {
-        return Err(teachers[0].0.refuse_whole(untaught(&measures, &teach)));
-    }
-    if judge.is_empty() {
+    let reading = Reading { flags, measures: &measures, time_unit: &histories[0].time_unit };
+    let teach = reading.teachers(&teachers, &mut notes)?;
+    let judge = reading.lives(&judged, Untold::GoesOn, &mut notes)?;
+    if judge.lives.is_empty() {
         return Err(judged[0]
             .0
             .refuse_whole("every unit is beyond a limit in its first row: there is nothing to predict"));
     }
-    let records = |lives| Records {
-        time_unit: histories[0].time_unit.clone(),
-        faults: measures.iter().map(|measure| measure.name.clone()).collect(),
-        sigma: measures.iter().map(Measure::severity_sigma).collect(),
-        lives,
-    };
-    Ok(Lives { teach: records(teach), judge: records(judge), notes: notes.lines(), measures })
+    Ok(Lives { teach, judge, notes: notes.lines(), measures })
+}
+
+/// Reads lives that all teach.
+pub fn read_teachers(histories: &[PathBuf], flags: &Flags) -> Result<Teachers, Failure> {
+    let histories = read_histories(histories, flags)?;
+    must_count_alike(histories.iter())?;
+    let teachers = units(&histories);
+    let measures = Measure::all(flags, &teachers)?;
+    let mut notes = Notes::new(histories.iter(), &measures);
+    let reading = Reading { flags, measures: &measures, time_unit: &histories[0].time_unit };
+    let lives = reading.teachers(&teachers, &mut notes)?;
+    Ok(Teachers { lives, notes: notes.lines(), measures })
+}
+
+fn read_histories(files: &[PathBuf], flags: &Flags) -> Result<Vec<RecordFile>, Failure> {
+    if let Some(contradiction) = flags.contradiction() {
+        return Err(Failure::BadInput(contradiction));
+    }
+    let mut histories = files.iter().map(|file| RecordFile::read(file, flags)).collect::<Result<Vec<_>, _>>()?;
+    name_after_files(&mut histories, files)?;
+    Ok(histories)
+}
+
+fn units(files: &[RecordFile]) -> Vec<Told<'_>> {
+    files.iter().flat_map(|file| file.units.iter().map(move |unit| (file, unit))).collect()
+}
+
+/// How units become lives.
+struct Reading<'a> {
+    flags: &'a Flags,
+    measures: &'a [Measure],
+    time_unit: &'a str,
+}
+
+impl Reading<'_> {
+    /// Lives that teach, at least one of which failed.
+    fn teachers(&self, told: &[Told], notes: &mut Notes) -> Result<Records, Failure> {
+        let records = self.lives(told, Untold::Removed, notes)?;
+        match records.failures() {
+            0 => Err(told[0].0.refuse_whole(untaught(self.measures, &records.lives))),
+            _ => Ok(records),
+        }
+    }
+
+    /// Lives; `untold` is known of those whose end no file tells, unless with a learned limit the record ends with the failure.
+    fn lives(&self, told: &[Told], untold: Untold, notes: &mut Notes) -> Result<Records, Failure> {
+        let Self { flags, measures, time_unit } = *self;
+        let ends_with_record = flags.end.is_none() && measures.iter().any(|measure| measure.learned);
+        let untold = if ends_with_record { Untold::Failed } else { untold };
+        Ok(Records {
+            time_unit: time_unit.to_owned(),
+            faults: measures.iter().map(|measure| measure.name.clone()).collect(),
+            sigma: measures.iter().map(Measure::severity_sigma).collect(),
+            lives: lives(told, measures, untold, notes)?,
+        })
+    }
 }
 
 /// Of several files, a unit becomes STEM/UNIT.
@@ -154,6 +205,7 @@ mod tests {
 
     use clap::Parser;
     use evaluation::RecordedEnd;
+    use prognosis::Ending;
 
     use super::*;
 

@@ -1,6 +1,6 @@
 //! What estimators know before a life begins: the model's, or learned from files.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use domain::FaultModel;
@@ -9,15 +9,8 @@ use evaluation::Knowledge;
 use pipeline::{Labels, Model};
 use prognosis::surrogate::{RegressionSettings, Surrogate, SurrogateSettings, SvmSettings};
 
-use super::{histories, refuse};
-use crate::{exit::Failure, files::labels};
-
-/// Reads a model bundle.
-pub fn read_model(file: &Path) -> Result<Model, Failure> {
-    let refused = |reason: &dyn std::fmt::Display| refuse(format!("{}: {reason}", file.display()));
-    let bytes = fs::read(file).map_err(|error| refused(&error))?;
-    Model::from_bytes(&bytes).map_err(|error| refused(&error))
-}
+use super::refuse;
+use crate::files::{histories, labels};
 
 /// The model's own, but what the files teach instead; what is odd about them goes into the notes.
 pub fn gather(

@@ -6,10 +6,7 @@ use anyhow::Result;
 use domain::FaultModel;
 use evaluation::{Contestant, Digest, Judged, Metrics, Records, Terms, backtest::ReplaySettings, replay_all};
 use indicatif::ProgressBar;
-use prognosis::{
-    EndedLife, Lesson, Limits, NoResiduals, Observation, PredictionSettings, REFERENCE_LIMIT, Scale,
-    fit_residual_noise, scale::reference_faults,
-};
+use prognosis::{Lesson, Limits, PredictionSettings, Scale};
 
 use super::{Arguments, EstimatorName, SEED, learned::Learned, refuse, write};
 use crate::{
@@ -18,6 +15,7 @@ use crate::{
         output::OutputFolder,
         records::{self, Lives, Tables},
     },
+    lesson::FleetLesson,
     say::note,
 };
 
@@ -40,12 +38,8 @@ pub fn run(arguments: &Arguments, out: &OutputFolder, bar: &ProgressBar) -> Resu
     let Lives { teach, judge, measures, mut notes } = records::read(tables, &arguments.records)?;
     let names = chosen(&arguments.estimators)?;
     bar.set_message("learning");
-    let scale = teach.scale().expect("a failure teaches");
-    let (every, settings) = settings(arguments, &scale, &judge)?;
-    let faults = reference_faults(judge.faults.clone());
-    let sigma = noise(&teach, &scale)?;
-    let lesson =
-        Lesson::learn(&teach.ended(&scale, &sigma), &faults, SEED).map_err(|error| refuse(error.to_string()))?;
+    let (every, settings) = settings(arguments, &teach.scale().expect("a failure teaches"), &judge)?;
+    let FleetLesson { scale, faults, sigma, lesson } = FleetLesson::learn(&teach)?;
     notes.extend(lesson.oddities());
     let recorded = judge.runs(&scale, &sigma, every);
     let limits = Limits::reference(faults.len());
@@ -99,23 +93,6 @@ fn contestant<'a>(
         EstimatorName::Climatology => Box::new(lesson.companions.climatology.clone()),
         _ => unreachable!("refused before"),
     })
-}
-
-/// Standard deviation of one observation of each fault, in reference deviations: as told, or as the lives that teach show.
-fn noise(teach: &Records, scale: &Scale) -> Result<Vec<f64>, Failure> {
-    let told: Vec<Option<f64>> =
-        teach.sigma.iter().map(|sigma| sigma.map(|severity| severity * REFERENCE_LIMIT)).collect();
-    if told.iter().all(Option::is_some) {
-        return Ok(told.into_iter().flatten().collect());
-    }
-    let lives = teach.ended(scale, &vec![0.0; teach.faults.len()]);
-    let histories: Vec<Vec<Observation>> =
-        lives.into_iter().map(|EndedLife { observations, .. }| observations).collect();
-    let found = fit_residual_noise(&histories, teach.faults.len()).map_err(|error| {
-        let (NoResiduals::Few { fault, .. } | NoResiduals::Constant { fault }) = error;
-        refuse(format!("column {}: {error}; tell it by --sigma {0}=VALUE", teach.faults[fault]))
-    })?;
-    Ok(told.into_iter().zip(found).map(|(told, found)| told.unwrap_or(found)).collect())
 }
 
 /// The time between predictions as it was told, and how to replay.

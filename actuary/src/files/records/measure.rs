@@ -85,6 +85,11 @@ impl Measure {
         Ok(Way { nominal, limit })
     }
 
+    /// Whether each unit has a nominal value of its own.
+    pub fn is_nominal_by_unit(&self) -> bool {
+        self.own_rows.is_some()
+    }
+
     /// The standard deviation of one value as a severity.
     pub fn severity_sigma(&self) -> Option<f64> {
         self.sigma.map(|sigma| sigma / (self.limit - self.nominal).abs())

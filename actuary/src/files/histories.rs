@@ -2,6 +2,9 @@
 //!
 //! What contradicts itself is refused; what may be meant so, but often is not, is noted.
 
+mod laws;
+mod oddities;
+
 use std::{
     collections::BTreeMap,
     ops::RangeInclusive,
@@ -12,18 +15,12 @@ use domain::{FaultModel, FaultVector};
 use evaluation::{Law, Recorded, backtest::Run};
 use prognosis::Observation;
 
+use self::{laws::LawColumns, oddities::Oddities};
 use super::{
-    laws::{self, LawColumns},
-    oddities::Oddities,
-    refuse,
+    figures::{fault, time},
+    table::{Column, Table},
 };
-use crate::{
-    exit::Failure,
-    files::{
-        figures::{fault, time},
-        table::{Column, Table},
-    },
-};
+use crate::exit::Failure;
 
 /// Failure and last observation of one clock differ by no more than the rounding of a file, flight hours.
 const ROUNDING_FH: f64 = 1e-6;
@@ -239,4 +236,8 @@ impl<'a> TruthFile<'a> {
             _ => Ok(()),
         }
     }
+}
+
+fn refuse(reason: String) -> Failure {
+    Failure::BadInput(reason)
 }

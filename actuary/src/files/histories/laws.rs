@@ -5,7 +5,6 @@ use std::{collections::BTreeMap, path::Path};
 use domain::FaultModel;
 use evaluation::{CONSTANT_GROWTH, Law};
 
-use super::refuse;
 use crate::{
     exit::Failure,
     files::{
@@ -30,7 +29,8 @@ impl<'a> LawColumns<'a> {
             let row = |i: usize| {
                 let names: Vec<String> = (1..=columns).map(|j| format!("{letter}{i}{j}")).collect();
                 let columns = table.columns_of(&names);
-                columns.map_err(|reason| refuse(format!("{reason}, but --estimator oracle needs A and B of each life")))
+                let refuse = |reason| format!("{reason}, but --estimator oracle needs A and B of each life");
+                columns.map_err(|reason| Failure::BadInput(refuse(reason)))
             };
             (1..=faults.len()).map(row).collect::<Result<Vec<_>, _>>()
         };
