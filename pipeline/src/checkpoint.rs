@@ -19,7 +19,7 @@ pub struct Checkpoint {
 impl Checkpoint {
     /// Reads what [`LifeFilter::to_bytes`] wrote; `None` if it was not of a life under this bundle and prior.
     pub fn restore(model: &Model, prior: &Prior, block: u64, digest: ContentHash, bytes: &[u8]) -> Option<Self> {
-        let filter = LifeFilter::from_bytes(&model.bundle.faults, &prior.body, bytes).ok()?;
+        let filter = LifeFilter::from_bytes(&model.followed, &prior.body, bytes).ok()?;
         Some(Self { block, digest, filter })
     }
 }

@@ -49,12 +49,13 @@ impl Model {
         let usable: Vec<Estimate> = believed.iter().copied().filter(|e| e.usable().is_some()).cloned().collect();
         let unusable = Unusable::of(&believed);
         let newest = usable.last().or(believed.last().copied()).cloned();
-        let observations: Vec<Observation> = usable.iter().filter_map(observation).collect();
+        let observations: Vec<Observation> = usable.iter().filter_map(|estimate| self.observation(estimate)).collect();
+        let began_fh = self.units.reference_fh(context.began_fh);
         let clock = context.prior.body.clock();
         let mut blocks = blocks(&observations, clock);
         for block in &mut blocks {
             // A mean may be rounded to before all that it is the mean of.
-            block.centre_fh = block.centre_fh.max(context.began_fh);
+            block.centre_fh = block.centre_fh.max(began_fh);
         }
         let mut digest = self.root(context);
         let mut chained = |estimates: &[Estimate]| {
@@ -64,10 +65,15 @@ impl Model {
         let digests = blocks.iter().map(|block| chained(&usable[block.observations.clone()])).collect();
         let open = blocks.last().map_or(0, |block| block.observations.end);
         let inputs_digest = chained(&usable[open..]);
-        let gap = gap(&usable, open, clock);
-        let assessed = (&self.bundle.faults, self.boundary());
-        let measured = MeasuredLife::new((&observations, &blocks), context.began_fh, &context.prior.body, assessed);
+        let gap = gap(&usable, &observations, open, clock);
+        let assessed = (&self.followed, self.boundary());
+        let measured = MeasuredLife::new((&observations, &blocks), began_fh, &context.prior.body, assessed);
         Course { excluded, contested, unusable, newest, blocks, measured, gap, digests, inputs_digest, usable }
+    }
+
+    /// What a usable estimate says, as priors count.
+    pub(crate) fn observation(&self, estimate: &Estimate) -> Option<Observation> {
+        observation(estimate).map(|seen| self.units.observation(seen))
     }
 
     /// What every digest of the life begins with.
@@ -112,13 +118,12 @@ impl Course {
 }
 
 /// The gap between the observations of closed blocks and those from `open` on, if there is one.
-fn gap(usable: &[Estimate], open: usize, clock: &Clock) -> Option<Gap> {
-    let (last, next) = (usable[..open].last()?, usable.get(open)?);
-    let observations = usable.len() - open;
-    clock.is_gap(last.flight_hours, next.flight_hours).then_some(Gap {
-        from_fh: last.flight_hours,
+fn gap(usable: &[Estimate], seen: &[Observation], open: usize, clock: &Clock) -> Option<Gap> {
+    let (last, next) = (open.checked_sub(1)?, usable.get(open)?);
+    clock.is_gap(seen[last].t_fh, seen[open].t_fh).then_some(Gap {
+        from_fh: usable[last].flight_hours,
         to_fh: next.flight_hours,
-        observations,
+        observations: usable.len() - open,
     })
 }
 
@@ -183,7 +188,7 @@ fn without<'a>(estimates: impl Iterator<Item = &'a Estimate>, set_aside: &[SetAs
     estimates.filter(|estimate| !set_aside.contains(&estimate.upload_id)).collect()
 }
 
-pub(crate) fn observation(estimate: &Estimate) -> Option<Observation> {
+fn observation(estimate: &Estimate) -> Option<Observation> {
     let diagnosis = estimate.usable()?;
     Some(Observation {
         t_fh: estimate.flight_hours,

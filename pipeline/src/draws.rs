@@ -16,6 +16,11 @@ pub(crate) const SEED: u64 = 1;
 pub(crate) const FEW: Draws = Draws::fixed(200);
 
 impl Model {
+    /// Ends of life beyond are censored, flight hours from the newest data.
+    pub(crate) fn horizon_fh(&self, context: &LifeContext) -> f64 {
+        self.units.flight_hours(context.prior.body.clock().horizon_fh)
+    }
+
     /// Draws of the end of life, counted from `newest`; random numbers are those of the upload of `key`.
     pub(crate) fn draw(
         &self,
@@ -36,7 +41,8 @@ impl Model {
                 key.upload_id.as_str(),
             ],
         );
-        let now = Now { lag_fh: newest.flight_hours - known.t_fh(), age_fh: newest.flight_hours - context.began_fh };
-        context.prior.body.forecast(known, now, self.boundary(), draws, &stream)
+        let [newest_fh, began_fh] = [newest.flight_hours, context.began_fh].map(|fh| self.units.reference_fh(fh));
+        let now = Now { lag_fh: newest_fh - known.t_fh(), age_fh: newest_fh - began_fh };
+        self.units.forecast(context.prior.body.forecast(known, now, self.boundary(), draws, &stream))
     }
 }

@@ -3,7 +3,7 @@
 use domain::{Estimate, UploadId};
 use prognosis::{EndedLife, Ending, block::Observation, learn_from_ended};
 
-use crate::{Model, Prior, course::observation};
+use crate::{Model, Prior};
 
 /// Seed of everything random in learning.
 const SEED: u64 = 1;
@@ -37,22 +37,24 @@ impl Model {
     /// Offline: seconds to minutes on all cores. Refuses estimates that are not of the bundle's faults.
     pub fn learn_prior(&self, lives: &[PastLife]) -> Result<Prior, OtherFaults> {
         lives.iter().flat_map(|life| &life.estimates).try_for_each(|estimate| self.knows_faults_of(estimate))?;
+        let reference_fh = |flight_hours: f64| self.units.reference_fh(flight_hours);
         let since_beginning = |life: &PastLife, observation: Observation| Observation {
-            t_fh: observation.t_fh - life.began_fh,
+            t_fh: observation.t_fh - reference_fh(life.began_fh),
             ..observation
         };
         let ended = |life: &PastLife| {
-            let seen = life.estimates.iter().filter_map(observation).map(|one| since_beginning(life, one));
+            let seen =
+                life.estimates.iter().filter_map(|one| self.observation(one)).map(|one| since_beginning(life, one));
             let observations: Vec<Observation> = seen.collect();
             let (end_fh, ending) = match life.failure_fh {
-                Some(failure_fh) => (failure_fh - life.began_fh, Ending::Failed),
+                Some(failure_fh) => (reference_fh(failure_fh) - reference_fh(life.began_fh), Ending::Failed),
                 None => (observations.last()?.t_fh, Ending::Removed),
             };
             Some(EndedLife { observations, end_fh, ending })
         };
         let lives: Vec<EndedLife> = lives.iter().filter_map(ended).collect();
-        let Self { bundle, prior, .. } = self;
-        let learned = learn_from_ended(&prior.body, &lives, &bundle.faults, self.boundary(), SEED);
+        let Self { followed, prior, .. } = self;
+        let learned = learn_from_ended(&prior.body, &lives, followed, self.boundary(), SEED);
         Ok(learned.map_or_else(|_| Prior::clone(prior), Prior::new))
     }
 

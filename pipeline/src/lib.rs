@@ -37,6 +37,7 @@ mod rehearsal;
 mod sense;
 mod shift;
 mod training;
+mod units;
 mod walk;
 
 pub use bundle::{Assessment, Bundle, BundleError, MapChain, Provenance};

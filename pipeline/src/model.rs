@@ -3,12 +3,12 @@
 use std::{borrow::Cow, collections::HashMap, sync::Arc};
 
 use airframe::load_estimator::LoadEstimator;
-use domain::{BundleSummary, ContentHash, Mask, json};
+use domain::{BundleSummary, ContentHash, FaultModel, Mask, json};
 use prognosis::{Boundary, Limits};
 use reduction::{GappyPod, ReductionError};
 use serde::{Deserialize, de::DeserializeOwned};
 
-use crate::{Assessment, Bundle, BundleError, MapChain, Prior};
+use crate::{Assessment, Bundle, BundleError, MapChain, Prior, units::Units};
 
 /// A bundle made ready for use.
 #[derive(Debug)]
@@ -19,6 +19,10 @@ pub struct Model {
     /// The load estimator of the bundle's own sensor configuration.
     pub(crate) load_estimator: Option<LoadEstimator>,
     factors: HashMap<ContentHash, Factors>,
+    /// What uploads count in.
+    pub(crate) units: Units,
+    /// The faults as priors count them.
+    pub(crate) followed: FaultModel,
     /// Where own faults end a life, in reference deviations.
     limits: Limits,
 }
@@ -51,11 +55,14 @@ impl Model {
                 factors.insert(mask.id(), at_mask);
             }
         }
+        let (units, followed) = Units::of(&bundle);
         Ok(Self {
             hash: ContentHash::of(bytes),
             prior: Arc::new(Prior::new(bundle.prior.clone())),
             load_estimator: bundle.loads.as_ref().map(|loads| loads.estimator(None)).transpose()?,
             limits: Limits::reference(bundle.faults.len()),
+            units,
+            followed,
             bundle,
             factors,
         })
@@ -71,7 +78,7 @@ impl Model {
         &self.prior
     }
 
-    /// What ends a life: of faults as the bundle's maps tell them, or of own faults in reference deviations.
+    /// What ends a life, by faults as priors count them.
     pub fn boundary(&self) -> &dyn Boundary {
         match &self.bundle.assessment {
             Assessment::Maps(maps) => &maps.surrogate,

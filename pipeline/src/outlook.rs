@@ -81,7 +81,7 @@ impl Model {
             (Some(latest), Some(state)) if course.in_closed_blocks() >= clock.observations => {
                 Ok(self.forecast(context, course, &latest.filter, newest, state)?)
             }
-            _ => Err(insufficient(course, clock)),
+            _ => Err(insufficient(course, clock, (10.0 * self.units.flight_hours(clock.block_fh)).round() / 10.0)),
         };
         outlook.prognosis = Some(Prognosis {
             as_of: newest.as_of(),
@@ -110,7 +110,7 @@ impl Model {
         let gap = course.gap;
         let known = filter.known_now(&course.measured, gap.is_some());
         let draws = self.draw(context, &known, newest, newest, Draws::precise());
-        let faults = known.trends();
+        let faults = self.units.trends(known.trends());
         check_finite(&faults, state.block)?;
         let mut doubts = state.doubts.clone();
         doubts.extend(outside_training(&draws));
@@ -119,8 +119,8 @@ impl Model {
         Ok(Forecast {
             dominant_fault: dominant_fault(&self.bundle.faults, draws.dominant_group(), &faults),
             faults,
-            propagation: known.propagation(),
-            rul: RulDistribution::from_draws(&draws.ends_fh, context.prior.body.clock().horizon_fh),
+            propagation: self.units.propagation(known.propagation()),
+            rul: RulDistribution::from_draws(&draws.ends_fh, self.horizon_fh(context)),
             p10_error_fh: draws.p10_error_fh,
             median_error_fh: draws.median_error_fh,
             probability_failed: draws.failed_fraction,
@@ -199,8 +199,7 @@ fn dominant_fault(model: &FaultModel, group: usize, faults: &[FaultTrend]) -> St
     model.names[index].clone()
 }
 
-fn insufficient(course: &Course, clock: &Clock) -> InsufficientHistory {
-    let Clock { block_fh, observations, .. } = clock;
+fn insufficient(course: &Course, Clock { observations, .. }: &Clock, block_fh: f64) -> InsufficientHistory {
     let usable = course.usable.as_slice();
     let missing = match usable {
         [] => "no upload so far could be diagnosed".to_owned(),

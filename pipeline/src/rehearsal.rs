@@ -3,7 +3,10 @@
 //! A file may be well-formed and yet hold parts that do not work together: matrices of other sizes, figures
 //! that lead to no number, or to a wrong one. A rehearsal looks at every figure by itself, then takes every online step on
 //! what is known beforehand: maps of known faults, faults that end a life and such that do not, a life without a fault,
-//! one whose fault grows, and one that is over. Maps and verdicts of a bundle that learned from a dataset are not known here.
+//! one whose fault grows, and one that is over. Maps and verdicts of a bundle that learned from a dataset are not known here;
+//! of faults of an own diagnosis only what the bundle says of their limits.
+
+mod own_faults;
 
 use std::{
     ops::RangeInclusive,
@@ -134,7 +137,7 @@ impl Model {
                 self.judge(maps)?;
                 self.look_ahead()
             }
-            Assessment::Own(_) => Ok(()),
+            Assessment::Own(measure) => self.look_ahead_of_own(measure),
         }
     }
 
@@ -350,6 +353,11 @@ impl Model {
                 self.estimate_of(mask, number, self.with_fault(growth(STEP_FH * f64::from(number))), &mut stream)
             })
             .collect();
+        self.forecast_of(&history)
+    }
+
+    /// The forecast of a made-up life with these estimates.
+    fn forecast_of(&self, history: &[Estimate]) -> Result<Forecast, RehearsalError> {
         let component = Component {
             operator: "rehearsal".parse().expect("a name"),
             part_number: "rehearsal".parse().expect("a name"),
@@ -357,7 +365,7 @@ impl Model {
         };
         let life = Life { component, overhaul_index: 0 };
         let context = LifeContext { life: &life, generation: 1, prior: self.prior(), began_fh: 0.0 };
-        let outlook = self.outlook(&context, &self.course(&context, &history), &[], None, false)?;
+        let outlook = self.outlook(&context, &self.course(&context, history), &[], None, false)?;
         let none = |found: String| RehearsalError::Forecast { life: "with a history has no forecast", found };
         match outlook.prognosis.map(|prognosis| prognosis.forecast) {
             Some(Ok(forecast)) => Ok(forecast),

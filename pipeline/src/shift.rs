@@ -6,7 +6,7 @@
 //! Requirements: two posteriors of one life.
 
 use domain::{
-    FaultModel, RulDistribution,
+    RulDistribution,
     explanation::{Shift, Surprise},
 };
 use prognosis::{Expectation, Known};
@@ -45,19 +45,18 @@ impl Step<'_> {
             median_before_fh: median(&before_fh),
             moved_fh,
             standard_error_fh: moved_fh.and_then(|_| standard_error(&before_fh, self.after_fh)),
-            surprises: self.surprises(&model.bundle.faults),
+            surprises: self.surprises(model),
         }
     }
 
     /// What the block showed against what was expected of it, the most surprising fault first.
-    fn surprises(&self, faults: &FaultModel) -> Vec<Surprise> {
-        let surprise = |(fault, expected): (&String, &Expectation)| Surprise {
-            fault: fault.clone(),
-            expected: expected.expected(),
-            seen: expected.seen(),
-            z: expected.z(),
+    fn surprises(&self, model: &Model) -> Vec<Surprise> {
+        let surprise = |(index, expected): (usize, &Expectation)| {
+            let fault = model.bundle.faults.names[index].clone();
+            let (mean, seen, z) = (expected.expected(), expected.seen(), expected.z());
+            model.units.surprise(index, Surprise { fault, expected: mean, seen, z })
         };
-        let mut surprises: Vec<Surprise> = faults.names.iter().zip(self.expected).map(surprise).collect();
+        let mut surprises: Vec<Surprise> = self.expected.iter().enumerate().map(surprise).collect();
         surprises.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
         surprises
     }

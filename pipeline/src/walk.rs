@@ -95,8 +95,9 @@ impl Walk<'_> {
         match self.recalled.take().and_then(|checkpoint| seen(&checkpoint).map(|seen| (checkpoint.filter, seen))) {
             Some(recalled) => recalled,
             None => {
-                let LifeContext { prior, began_fh, .. } = self.context;
-                (LifeFilter::new(&self.model.bundle.faults, &prior.body, *began_fh), 0)
+                let Self { model, context, .. } = self;
+                let began_fh = model.units.reference_fh(context.began_fh);
+                (LifeFilter::new(&model.followed, &context.prior.body, began_fh), 0)
             }
         }
     }
@@ -117,26 +118,27 @@ impl Walk<'_> {
         let (block, digest) = (&self.course.blocks[*index], self.course.digests[*index]);
         let inside = self.course.inside(block);
         let last = &inside[inside.len() - 1];
-        let faults = after.trends();
+        let units = &self.model.units;
+        let faults = units.trends(after.trends());
         check_finite(&faults, block.index)?;
         let ends_fh = self.model.draw(self.context, after, last, last, FEW).ends_fh;
         let shift = before.as_ref().map(|(before, expected)| {
             Step { course: self.course, index: *index, before, expected, after_fh: &ends_fh }
                 .shift(self.model, self.context)
         });
-        let rul = RulDistribution::from_draws(&ends_fh, self.context.prior.body.clock().horizon_fh);
+        let rul = RulDistribution::from_draws(&ends_fh, self.model.horizon_fh(self.context));
         Ok(State {
             block: block.index,
             from_fh: inside[0].flight_hours,
             as_of: last.as_of(),
             observations: inside.len(),
             faults,
-            propagation: after.propagation(),
+            propagation: units.propagation(after.propagation()),
             rul_quantiles_fh: rul.quantiles_fh(),
             rul_mean_fh: rul.mean_fh(),
             censored_fraction: rul.censored_fraction(),
             horizon_fh: rul.horizon_fh(),
-            growth: after.growth_summary(),
+            growth: units.growth(after.growth_summary()),
             shift,
             doubts: doubts.clone(),
             digest,
