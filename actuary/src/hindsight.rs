@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use proto::json::RulBody;
+use proto::answer::RulAnswer;
 use simulator::Truth;
 
 /// One unit's forecast and what will become of it.
@@ -15,7 +15,7 @@ struct Judged {
 impl Judged {
     /// Units whose remaining life was told; their truth counts from the newest data, and is zero for one that
     /// has failed since: it fails in the middle of its last flight.
-    fn all<'a>(prognoses: &[RulBody], units: impl Iterator<Item = Truth<'a>>) -> Vec<Self> {
+    fn all<'a>(prognoses: &[RulAnswer], units: impl Iterator<Item = Truth<'a>>) -> Vec<Self> {
         let judge = |unit: Truth| {
             let mut of_unit = prognoses.iter().filter(|body| body.serial_number == unit.serial_number.as_str());
             let body = of_unit.find(|body| body.part_number == unit.part_number && body.life == unit.life)?;
@@ -38,7 +38,7 @@ impl Judged {
 }
 
 /// How the forecasts that are served now look to one who knows the truth.
-pub fn verdict<'a>(prognoses: &[RulBody], units: impl Iterator<Item = Truth<'a>>) -> String {
+pub fn verdict<'a>(prognoses: &[RulAnswer], units: impl Iterator<Item = Truth<'a>>) -> String {
     let judged = Judged::all(prognoses, units);
     if judged.is_empty() {
         return "No remaining life was told that could be judged by the hidden truth.".to_owned();

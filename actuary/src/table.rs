@@ -6,14 +6,14 @@ mod tokens;
 use std::fmt::Write as _;
 
 use domain::Status;
-use proto::json::RulBody;
+use proto::answer::RulAnswer;
 
 pub use due::due;
 pub use tokens::tokens;
 
 /// A table of prognoses, worst first, with a heading.
-pub fn fleet(prognoses: &[RulBody]) -> String {
-    let mut rows: Vec<&RulBody> = prognoses.iter().collect();
+pub fn fleet(prognoses: &[RulAnswer]) -> String {
+    let mut rows: Vec<&RulAnswer> = prognoses.iter().collect();
     rows.sort_by(|a, b| a.status.cmp(&b.status).then(p10(a).total_cmp(&p10(b))));
     let mut table = String::from(
         "tail     position  serial        hours  status                   RUL: P10    P50    P90  P(500 h)  driven by\n",
@@ -44,11 +44,11 @@ pub fn fleet(prognoses: &[RulBody]) -> String {
     table
 }
 
-fn p10(body: &RulBody) -> f64 {
+fn p10(body: &RulAnswer) -> f64 {
     body.rul_fh.as_ref().and_then(|quantiles| quantiles.p10).unwrap_or(f64::INFINITY)
 }
 
-fn risk(body: &RulBody) -> String {
+fn risk(body: &RulAnswer) -> String {
     let asked = body.probability_of_failure.iter().flatten().find(|item| item.within_fh == 500.0);
     asked.and_then(|item| item.p).map_or_else(|| "-".to_owned(), |p| format!("{:.1} %", 100.0 * p))
 }

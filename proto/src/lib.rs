@@ -1,6 +1,7 @@
 //! The wire of both transports, REST (JSON) and gRPC (protobuf), and the way from there to the nouns.
 //!
-//! - [`json`]: bodies of the REST interface, used by the server and by its clients alike;
+//! - [`answer`]: what both transports tell, described once;
+//! - [`json`]: the other bodies of the REST interface, used by the server and by its clients alike;
 //! - [`v1`]: messages and services generated from `actuary/v1/*.proto`;
 //! - [`grpc`]: protobuf to domain and back.
 //!
@@ -8,6 +9,7 @@
 //! as a protobuf field path. The same upload gives the same [`domain::Upload`], hence the same
 //! content hash, whichever transport it took.
 
+pub mod answer;
 pub mod grpc;
 pub mod json;
 

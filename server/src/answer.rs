@@ -3,8 +3,8 @@
 use domain::{
     ADVISORY, AsOf, Component, ContentHash, FaultModel, OperatorId, Position, RulDistribution, Status, TailNumber,
 };
-use proto::json::{
-    EndOfLife, FailureProbability, Fault, MaskBody, ModelItem, MonteCarlo, Page, RulBody, RulQuantiles, TailBody,
+use proto::answer::{
+    EndOfLife, FailureProbability, Fault, MaskAnswer, ModelItem, MonteCarlo, Page, RulAnswer, RulQuantiles, TailAnswer,
     TailItem,
 };
 use store::{BundleRecord, ComponentRecord, Installed, InstalledTail, LifeBeginning, SetAsideUploads};
@@ -19,12 +19,12 @@ const MAX_DAYS: f64 = 36_525.0;
 pub const CODE_VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The remaining life of an installed component as it reads now.
-pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> RulBody {
+pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> RulAnswer {
     let prognosis = installed.prognosis.as_ref();
     let forecast = prognosis.and_then(|prognosis| prognosis.forecast.as_ref().ok());
     let distribution = forecast.map(|forecast| &forecast.rul);
     let within_fh = within_fh.unwrap_or(&WITHIN_FH);
-    RulBody {
+    RulAnswer {
         tail: installed.tail.to_string(),
         position: installed.position.to_string(),
         part_number: installed.part_number.to_string(),
@@ -154,7 +154,7 @@ pub async fn tail_ruls(
     operator: &OperatorId,
     tail: &TailNumber,
     within_fh: Option<&[f64]>,
-) -> Result<Vec<RulBody>, Refusal> {
+) -> Result<Vec<RulAnswer>, Refusal> {
     let installed = state.store.installed(operator, tail).await?;
     if installed.is_empty() && !state.store.knows_tail(operator, tail).await? {
         return Err(Refusal::NotFound(format!("tail {tail} is not known")));
@@ -163,12 +163,12 @@ pub async fn tail_ruls(
 }
 
 /// A tail: what is installed on it, and what was last there and has no known place.
-pub async fn tail(state: &State, operator: &OperatorId, tail: TailNumber) -> Result<TailBody, Refusal> {
+pub async fn tail(state: &State, operator: &OperatorId, tail: TailNumber) -> Result<TailAnswer, Refusal> {
     let ruls = tail_ruls(state, operator, &tail, None).await?;
     let mut displaced = state.store.displaced(operator).await?;
     displaced.retain(|one| one.tail == tail);
     let displaced = displaced.iter().map(|one| rul(state, one, None)).collect();
-    Ok(TailBody::new(tail.into(), ruls, displaced))
+    Ok(TailAnswer::new(tail.into(), ruls, displaced))
 }
 
 /// One page of tails, from the first after `after`.
@@ -181,7 +181,7 @@ pub async fn tails(
     let mut fleet = state.store.installed_fleet(operator, after, limit + 1).await?;
     let next_cursor = next_cursor(&mut fleet, limit, |tail| tail.tail.to_string());
     let item = |InstalledTail { tail, installed }: InstalledTail| {
-        let bodies: Vec<RulBody> = installed.iter().map(|installed| rul(state, installed, None)).collect();
+        let bodies: Vec<RulAnswer> = installed.iter().map(|installed| rul(state, installed, None)).collect();
         TailItem::new(tail.into(), &bodies)
     };
     Ok(Page { items: fleet.into_iter().map(item).collect(), next_cursor })
@@ -226,7 +226,7 @@ pub async fn bundle(state: &State, hash: &ContentHash) -> Result<BundleRecord, R
 }
 
 /// The mask to sample by for a bundle, or for the active one.
-pub async fn mask(state: &State, hash: Option<&ContentHash>) -> Result<MaskBody, Refusal> {
+pub async fn mask(state: &State, hash: Option<&ContentHash>) -> Result<MaskAnswer, Refusal> {
     let record = match hash {
         Some(hash) => bundle(state, hash).await?,
         None => {
@@ -239,7 +239,7 @@ pub async fn mask(state: &State, hash: Option<&ContentHash>) -> Result<MaskBody,
         Refusal::NotFound(format!("model {hash} reads no samples and has no mask: its uploads bring faults: {names}"))
     };
     let mask = record.summary.masks.first().ok_or_else(none)?;
-    Ok(MaskBody::new(mask, record.summary.hash))
+    Ok(MaskAnswer::new(mask, record.summary.hash))
 }
 
 /// The fault model of each bundle.

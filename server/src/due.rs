@@ -10,7 +10,7 @@ use domain::{
     ADVISORY, ContentHash, DoubtKind, OperatorId, Position, RulDistribution, Status, TailNumber, prognosis::Forecast,
     rul::HORIZON_FH,
 };
-use proto::json::{DueBody, DueItem, DueTotals, LatestSafe};
+use proto::answer::{DueAnswer, DueItem, DueTotals, LatestSafe};
 use serde::Deserializer;
 use store::Installed;
 
@@ -162,7 +162,7 @@ impl DueList {
     }
 
     /// One page, from the first component after `after`.
-    pub fn page(self, after: Option<&Place>, limit: u32) -> DueBody {
+    pub fn page(self, after: Option<&Place>, limit: u32) -> DueAnswer {
         let mut entries = self.entries;
         if let Some(after) = after {
             entries.retain(|(place, _)| place.order(after) == Ordering::Greater);
@@ -170,7 +170,7 @@ impl DueList {
         let next_cursor = answer::next_cursor(&mut entries, limit, |(place, _)| place.to_cursor());
         let (unknown, due): (Vec<_>, Vec<_>) = entries.into_iter().partition(|(place, _)| place.part == Part::Unknown);
         let items = |entries: Vec<(Place, DueItem)>| entries.into_iter().map(|(_, item)| item).collect();
-        DueBody {
+        DueAnswer {
             within_fh: self.threshold.within_fh,
             risk: self.threshold.risk,
             totals: self.totals,
@@ -182,7 +182,7 @@ impl DueList {
     }
 
     /// The whole list.
-    pub fn whole(self) -> DueBody {
+    pub fn whole(self) -> DueAnswer {
         self.page(None, u32::MAX)
     }
 }

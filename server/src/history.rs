@@ -1,7 +1,7 @@
 //! The history of a life of a component, a page at a time, assembled once for both transports.
 
 use domain::Component;
-use proto::json::{HealthItem, Page, StateItem};
+use proto::answer::{HealthItem, Page, StateItem};
 use store::{HistoryOf, LifeCursor, LifeRecord};
 
 use crate::{

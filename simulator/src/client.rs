@@ -4,7 +4,10 @@
 use std::{collections::BTreeSet, time::Duration};
 
 use domain::{ContentHash, Coordinate, Mask, Position, SerialNumber, TailNumber};
-use proto::json::{ComponentBody, MaintenanceBody, MaskBody, ModelItem, Page, Problem, UploadBody};
+use proto::{
+    answer::{MaskAnswer, ModelItem, Page},
+    json::{ComponentBody, MaintenanceBody, Problem, UploadBody},
+};
 use reqwest::{Response, StatusCode, Url};
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -53,7 +56,8 @@ impl Client {
     pub async fn mask(&self, map_length: usize) -> Result<Mask, FleetError> {
         let models: Page<ModelItem> = self.get("v1/models").await?.ok_or(FleetError::NoModel)?;
         let active = models.items.into_iter().find(|model| model.active).ok_or(FleetError::NoModel)?;
-        let body: MaskBody = self.get(&format!("v1/models/{}/mask", active.hash)).await?.ok_or(FleetError::NoModel)?;
+        let body: MaskAnswer =
+            self.get(&format!("v1/models/{}/mask", active.hash)).await?.ok_or(FleetError::NoModel)?;
         let coordinate = Coordinate::ElectricalAngleRad;
         if body.coordinate != coordinate.as_str() {
             return Err(FleetError::UnknownCoordinate(body.coordinate));

@@ -1,6 +1,6 @@
 //! Generations: the bundles that judge lives.
 
-use domain::ContentHash;
+use domain::{ContentHash, GenerationState};
 
 use crate::Generation;
 
@@ -13,17 +13,6 @@ pub struct GenerationRecord {
     pub state: GenerationState,
     /// Number of uploads that have an estimate in it.
     pub estimates: u64,
-}
-
-/// The standing of a generation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum GenerationState {
-    /// A worker has still to make it.
-    Waits,
-    /// Answers are made of it.
-    Answers,
-    /// Another one answers in its place; it is kept as it was then.
-    Kept,
 }
 
 /// Lives that a bundle judges, over all operators.

@@ -1,8 +1,8 @@
 //! Components at positions, each with the beginning of its stay.
 
 use domain::{
-    EventId, PartNumber, Position, Prognosis, SerialNumber, SetAside, SetAsideReason, TailNumber, Timestamp, UploadId,
-    Warning,
+    EventId, InstallationSource, PartNumber, Position, Prognosis, SerialNumber, SetAside, SetAsideReason, TailNumber,
+    Timestamp, UploadId, Warning,
 };
 
 use crate::LifeBeginning;
@@ -78,15 +78,6 @@ pub struct Installation {
     pub to: Option<Timestamp>,
     /// Its source.
     pub source: InstallationSource,
-}
-
-/// The source that tells that a component was installed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum InstallationSource {
-    /// An install was reported.
-    Event,
-    /// Uploads saw it there, and no event says otherwise.
-    Uploads,
 }
 
 /// A report of a component that cannot be true together with what else is known. What it led to stays until it is

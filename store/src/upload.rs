@@ -1,6 +1,6 @@
 //! Uploads, as they are answered and where they stand.
 
-use domain::{Estimate, SetAsideReason, Timestamp, Upload, Warning};
+use domain::{Estimate, SetAsideReason, Timestamp, Upload, UploadStateKind, Warning};
 
 /// The answer to an upload, given once it is durable.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,19 +48,6 @@ pub enum UploadState {
         /// Time at which it was voided.
         at: Timestamp,
     },
-}
-
-/// The standing of an upload, without the details.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum UploadStateKind {
-    /// Waits for a worker.
-    Pending,
-    /// Has its estimate, which counts in its life.
-    Processed,
-    /// No state rests on it.
-    SetAside,
-    /// Taken back.
-    Voided,
 }
 
 impl UploadState {

@@ -9,7 +9,7 @@ use std::{
 
 use anyhow::{Context, Result};
 use clap::Args;
-use proto::json::{Page, RulBody, TailItem};
+use proto::answer::{Page, RulAnswer, TailItem};
 use reqwest::Url;
 use simulator::{Client, Fleet, FleetPlan, Physics};
 use tokio::task::JoinHandle;
@@ -242,7 +242,7 @@ impl Screen {
     }
 
     /// The whole fleet, as any dashboard would read it.
-    async fn prognoses(&self) -> Result<Vec<RulBody>> {
+    async fn prognoses(&self) -> Result<Vec<RulAnswer>> {
         let http = Access::default().client(&self.url.parse()?, PATIENCE)?;
         let mut prognoses = Vec::new();
         let mut cursor = String::new();
@@ -255,7 +255,7 @@ impl Screen {
                 .json()
                 .await?;
             for tail in tails.items {
-                let ruls: Page<RulBody> = http
+                let ruls: Page<RulAnswer> = http
                     .get(format!("{}/v1/tails/{}/rul", self.url, tail.tail))
                     .send()
                     .await?

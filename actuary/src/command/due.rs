@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow};
 use clap::Args;
-use proto::json::DueBody;
+use proto::answer::DueAnswer;
 use reqwest::{Response, StatusCode, Url, header::CONTENT_TYPE};
 
 use crate::{
@@ -87,19 +87,19 @@ impl Service {
     }
 
     /// All pages as one list.
-    async fn whole(&self) -> Result<DueBody> {
-        let mut whole: Option<DueBody> = None;
+    async fn whole(&self) -> Result<DueAnswer> {
+        let mut whole: Option<DueAnswer> = None;
         loop {
             let mut further = vec![("limit", "1000")];
             let cursor = whole.as_ref().and_then(|list| list.next_cursor.clone());
             further.extend(cursor.as_deref().map(|cursor| ("cursor", cursor)));
-            let page: DueBody = self.ask(&further).await?.json().await.with_context(|| self.oddly())?;
+            let page: DueAnswer = self.ask(&further).await?.json().await.with_context(|| self.oddly())?;
             let list = match whole {
                 None => page,
                 Some(mut list) => {
                     list.items.extend(page.items);
                     list.unknown.extend(page.unknown);
-                    DueBody { next_cursor: page.next_cursor, ..list }
+                    DueAnswer { next_cursor: page.next_cursor, ..list }
                 }
             };
             if list.next_cursor.is_none() {

@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 
 use domain::{AsOf, Status};
-use proto::json::{DueBody, DueItem};
+use proto::answer::{DueAnswer, DueItem};
 
 use super::words;
 
 /// What is due, with a heading, and behind it what is unknown.
-pub fn due(list: &DueBody) -> String {
+pub fn due(list: &DueAnswer) -> String {
     let totals = list.totals;
     // Without the digits that the multiplication adds.
     let percent = (1e11 * list.risk).round() / 1e9;

@@ -1,9 +1,9 @@
-//! Answers: the REST body is the one assembly, gRPC tells the same in its own words.
+//! Answers in protobuf's words.
 
 use domain::{AsOf, HingeLoad, LoadSource, Propagation, Status};
 
 use super::upload::timestamp;
-use crate::{json, v1};
+use crate::{answer, v1};
 
 impl From<Status> for v1::Status {
     fn from(status: Status) -> Self {
@@ -18,8 +18,8 @@ impl From<Status> for v1::Status {
     }
 }
 
-impl From<json::RulBody> for v1::Rul {
-    fn from(body: json::RulBody) -> Self {
+impl From<answer::RulAnswer> for v1::Rul {
+    fn from(body: answer::RulAnswer) -> Self {
         Self {
             tail: body.tail,
             position: body.position,
@@ -69,30 +69,30 @@ impl From<AsOf> for v1::AsOf {
     }
 }
 
-impl From<json::RulQuantiles> for v1::RulQuantiles {
-    fn from(rul: json::RulQuantiles) -> Self {
-        let json::RulQuantiles { mean, p05, p10, p25, p50, p75, p90, p95 } = rul;
+impl From<answer::RulQuantiles> for v1::RulQuantiles {
+    fn from(rul: answer::RulQuantiles) -> Self {
+        let answer::RulQuantiles { mean, p05, p10, p25, p50, p75, p90, p95 } = rul;
         Self { mean, p05, p10, p25, p50, p75, p90, p95 }
     }
 }
 
-impl From<json::FailureProbability> for v1::FailureProbability {
-    fn from(failure: json::FailureProbability) -> Self {
-        let json::FailureProbability { within_fh, p, standard_error } = failure;
+impl From<answer::FailureProbability> for v1::FailureProbability {
+    fn from(failure: answer::FailureProbability) -> Self {
+        let answer::FailureProbability { within_fh, p, standard_error } = failure;
         Self { within_fh, p, standard_error }
     }
 }
 
-impl From<json::EndOfLife> for v1::EndOfLife {
-    fn from(end: json::EndOfLife) -> Self {
-        let json::EndOfLife { date_p10, date_p50, date_p90, utilisation_fh_per_day } = end;
+impl From<answer::EndOfLife> for v1::EndOfLife {
+    fn from(end: answer::EndOfLife) -> Self {
+        let answer::EndOfLife { date_p10, date_p50, date_p90, utilisation_fh_per_day } = end;
         Self { date_p10, date_p50, date_p90, utilisation_fh_per_day }
     }
 }
 
-impl From<json::Fault> for v1::Fault {
-    fn from(fault: json::Fault) -> Self {
-        let json::Fault { value, sigma, trend_per_1000_fh } = fault;
+impl From<answer::Fault> for v1::Fault {
+    fn from(fault: answer::Fault) -> Self {
+        let answer::Fault { value, sigma, trend_per_1000_fh } = fault;
         Self { value, sigma, trend_per_1000_fh }
     }
 }
@@ -114,9 +114,9 @@ fn matrix(rows: Vec<Vec<f64>>) -> v1::Matrix {
     v1::Matrix { rows: rows.into_iter().map(|values| v1::Row { values }).collect() }
 }
 
-impl From<json::MonteCarlo> for v1::MonteCarlo {
-    fn from(monte_carlo: json::MonteCarlo) -> Self {
-        let json::MonteCarlo { draws, seed, p10_error_fh, median_error_fh } = monte_carlo;
+impl From<answer::MonteCarlo> for v1::MonteCarlo {
+    fn from(monte_carlo: answer::MonteCarlo) -> Self {
+        let answer::MonteCarlo { draws, seed, p10_error_fh, median_error_fh } = monte_carlo;
         Self { draws: draws as u64, seed, p10_error_fh, median_error_fh }
     }
 }
@@ -144,8 +144,8 @@ impl From<HingeLoad> for v1::HingeLoad {
     }
 }
 
-impl From<json::TailBody> for v1::TailDetail {
-    fn from(tail: json::TailBody) -> Self {
+impl From<answer::TailAnswer> for v1::TailDetail {
+    fn from(tail: answer::TailAnswer) -> Self {
         Self {
             tail: tail.tail,
             status: v1::Status::from(tail.status).into(),
@@ -156,8 +156,8 @@ impl From<json::TailBody> for v1::TailDetail {
     }
 }
 
-impl From<json::DisplacedItem> for v1::Displaced {
-    fn from(item: json::DisplacedItem) -> Self {
+impl From<answer::DisplacedItem> for v1::Displaced {
+    fn from(item: answer::DisplacedItem) -> Self {
         Self {
             tail: item.tail,
             position: item.position,
@@ -169,15 +169,15 @@ impl From<json::DisplacedItem> for v1::Displaced {
     }
 }
 
-impl From<json::PositionItem> for v1::PositionDetail {
-    fn from(item: json::PositionItem) -> Self {
-        let json::PositionItem { position, part_number, serial_number, life, prognosis } = item;
+impl From<answer::PositionItem> for v1::PositionDetail {
+    fn from(item: answer::PositionItem) -> Self {
+        let answer::PositionItem { position, part_number, serial_number, life, prognosis } = item;
         Self { position, part_number, serial_number, life, prognosis: Some(prognosis.into()) }
     }
 }
 
-impl From<json::TailItem> for v1::Tail {
-    fn from(item: json::TailItem) -> Self {
+impl From<answer::TailItem> for v1::Tail {
+    fn from(item: answer::TailItem) -> Self {
         Self {
             tail: item.tail,
             status: v1::Status::from(item.status).into(),
@@ -187,28 +187,28 @@ impl From<json::TailItem> for v1::Tail {
     }
 }
 
-impl From<json::Page<json::TailItem>> for v1::ListTailsResponse {
-    fn from(page: json::Page<json::TailItem>) -> Self {
+impl From<answer::Page<answer::TailItem>> for v1::ListTailsResponse {
+    fn from(page: answer::Page<answer::TailItem>) -> Self {
         Self { items: each(page.items), next_cursor: page.next_cursor }
     }
 }
 
-impl From<json::MaskBody> for v1::Mask {
-    fn from(mask: json::MaskBody) -> Self {
-        let json::MaskBody { mask_id, model, coordinate, points, unit } = mask;
+impl From<answer::MaskAnswer> for v1::Mask {
+    fn from(mask: answer::MaskAnswer) -> Self {
+        let answer::MaskAnswer { mask_id, model, coordinate, points, unit } = mask;
         Self { mask_id, model, coordinate, points, unit }
     }
 }
 
-impl From<json::ModelItem> for v1::Model {
-    fn from(item: json::ModelItem) -> Self {
-        let json::ModelItem { hash, active, mask_ids, fault_names, nominal, min_samples, prior } = item;
+impl From<answer::ModelItem> for v1::Model {
+    fn from(item: answer::ModelItem) -> Self {
+        let answer::ModelItem { hash, active, mask_ids, fault_names, nominal, min_samples, prior } = item;
         Self { hash, active, mask_ids, fault_names, nominal, min_samples: min_samples as u64, prior }
     }
 }
 
-impl From<json::Page<json::ModelItem>> for v1::ListModelsResponse {
-    fn from(page: json::Page<json::ModelItem>) -> Self {
+impl From<answer::Page<answer::ModelItem>> for v1::ListModelsResponse {
+    fn from(page: answer::Page<answer::ModelItem>) -> Self {
         Self { items: each(page.items) }
     }
 }

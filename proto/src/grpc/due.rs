@@ -1,11 +1,11 @@
 //! The due list.
 
 use super::answer::each;
-use crate::{json, v1};
+use crate::{answer, v1};
 
-impl From<json::DueBody> for v1::ListDueResponse {
-    fn from(body: json::DueBody) -> Self {
-        let json::DueTotals { components, due, unknown } = body.totals;
+impl From<answer::DueAnswer> for v1::ListDueResponse {
+    fn from(body: answer::DueAnswer) -> Self {
+        let answer::DueTotals { components, due, unknown } = body.totals;
         Self {
             within_fh: body.within_fh,
             risk: body.risk,
@@ -18,8 +18,8 @@ impl From<json::DueBody> for v1::ListDueResponse {
     }
 }
 
-impl From<json::DueItem> for v1::DueItem {
-    fn from(item: json::DueItem) -> Self {
+impl From<answer::DueItem> for v1::DueItem {
+    fn from(item: answer::DueItem) -> Self {
         Self {
             tail: item.tail,
             position: item.position,
@@ -38,9 +38,9 @@ impl From<json::DueItem> for v1::DueItem {
     }
 }
 
-impl From<json::LatestSafe> for v1::LatestSafe {
-    fn from(safe: json::LatestSafe) -> Self {
-        let json::LatestSafe { remaining_fh, flight_hours, date } = safe;
+impl From<answer::LatestSafe> for v1::LatestSafe {
+    fn from(safe: answer::LatestSafe) -> Self {
+        let answer::LatestSafe { remaining_fh, flight_hours, date } = safe;
         Self { remaining_fh, flight_hours, date }
     }
 }

@@ -1,22 +1,22 @@
 //! Histories: a page of either view.
 
 use super::{answer::each, upload::timestamp};
-use crate::{json, v1};
+use crate::{answer, v1};
 
-impl From<json::Page<json::HealthItem>> for v1::ListHealthResponse {
-    fn from(page: json::Page<json::HealthItem>) -> Self {
+impl From<answer::Page<answer::HealthItem>> for v1::ListHealthResponse {
+    fn from(page: answer::Page<answer::HealthItem>) -> Self {
         Self { estimates: each(page.items), states: Vec::new(), next_cursor: page.next_cursor }
     }
 }
 
-impl From<json::Page<json::StateItem>> for v1::ListHealthResponse {
-    fn from(page: json::Page<json::StateItem>) -> Self {
+impl From<answer::Page<answer::StateItem>> for v1::ListHealthResponse {
+    fn from(page: answer::Page<answer::StateItem>) -> Self {
         Self { estimates: Vec::new(), states: each(page.items), next_cursor: page.next_cursor }
     }
 }
 
-impl From<json::HealthItem> for v1::Estimate {
-    fn from(item: json::HealthItem) -> Self {
+impl From<answer::HealthItem> for v1::Estimate {
+    fn from(item: answer::HealthItem) -> Self {
         Self {
             recorded_at: Some(timestamp(item.recorded_at)),
             upload_id: item.upload_id,
@@ -34,23 +34,23 @@ impl From<json::HealthItem> for v1::Estimate {
     }
 }
 
-impl From<json::Outcome> for v1::Outcome {
-    fn from(outcome: json::Outcome) -> Self {
+impl From<answer::Outcome> for v1::Outcome {
+    fn from(outcome: answer::Outcome) -> Self {
         match outcome {
-            json::Outcome::Diagnosed => Self::Diagnosed,
-            json::Outcome::Undiagnosable => Self::Undiagnosable,
+            answer::Outcome::Diagnosed => Self::Diagnosed,
+            answer::Outcome::Undiagnosable => Self::Undiagnosable,
         }
     }
 }
 
-impl From<json::FaultEstimate> for v1::FaultEstimate {
-    fn from(json::FaultEstimate { value, sigma }: json::FaultEstimate) -> Self {
+impl From<answer::FaultEstimate> for v1::FaultEstimate {
+    fn from(answer::FaultEstimate { value, sigma }: answer::FaultEstimate) -> Self {
         Self { value, sigma }
     }
 }
 
-impl From<json::StateItem> for v1::State {
-    fn from(item: json::StateItem) -> Self {
+impl From<answer::StateItem> for v1::State {
+    fn from(item: answer::StateItem) -> Self {
         Self {
             block: item.block,
             from_fh: item.from_fh,

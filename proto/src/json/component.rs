@@ -1,6 +1,6 @@
 //! A component wherever it is installed.
 
-use domain::AsOf;
+use domain::{AsOf, GenerationState, InstallationSource};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -47,16 +47,6 @@ pub struct InstallationItem {
     pub to: Option<String>,
     /// Who tells of it.
     pub source: InstallationSource,
-}
-
-/// Who tells that a component was installed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum InstallationSource {
-    /// An install was reported.
-    Event,
-    /// Uploads saw it there, and no event says otherwise.
-    Uploads,
 }
 
 /// An upload or an event that contradicts what else is known.
@@ -149,16 +139,4 @@ pub struct GenerationItem {
     /// How many uploads have an estimate in it: none while it waits, because it is made in one step.
     #[schema(example = 1234)]
     pub estimates: u64,
-}
-
-/// Where a generation stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum GenerationState {
-    /// A worker has still to make it; the one before answers until then.
-    Waits,
-    /// Answers are made of it.
-    Answers,
-    /// Another one answers in its place; it is kept as it was then.
-    Kept,
 }

@@ -4,12 +4,13 @@ use std::ops::RangeInclusive;
 
 use domain::{
     AirData, Invalid, LoadRatio, PartNumber, Position, SerialNumber, SetAsideReason, Strain, TailNumber, Timestamp,
-    Upload, UploadId,
+    Upload, UploadId, UploadStateKind,
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{HealthItem, Problem, WarningItem};
+use super::{Problem, WarningItem};
+use crate::answer::HealthItem;
 
 /// What an aircraft knows of one actuator after one flight. Unknown fields are refused.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -224,20 +225,6 @@ pub struct RetryAck {
     pub remaining: u64,
 }
 
-/// How far an upload has come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum UploadState {
-    /// Stored, not judged yet.
-    Pending,
-    /// Judged: see the estimate.
-    Processed,
-    /// Stored, but no state rests on it: see the reason.
-    SetAside,
-    /// Taken back by its operator; kept, but nothing rests on it.
-    Voided,
-}
-
 /// What became of an upload since.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct UploadStatusBody {
@@ -245,7 +232,7 @@ pub struct UploadStatusBody {
     #[schema(example = "EC-MXA.AIL-L.000123")]
     pub upload_id: String,
     /// How far it has come.
-    pub state: UploadState,
+    pub state: UploadStateKind,
     /// Why it was set aside, as a code: `implausible_hours`, `hours_backwards`, `repeated_measurement`,
     /// `not_finite` or `not_estimable`.
     #[schema(required, example = json!(null))]

@@ -3,7 +3,7 @@
 use askama::Template;
 use axum::{extract::State as Extract, response::Response};
 use domain::{AsOf, HingeLoad, LoadSource};
-use proto::json::RulBody;
+use proto::answer::RulAnswer;
 use serde::Deserialize;
 use store::{Installed, LifeBeginning};
 
@@ -28,7 +28,7 @@ use crate::{
 #[derive(Template)]
 #[template(path = "component.html")]
 struct ComponentPage {
-    body: RulBody,
+    body: RulAnswer,
     badge: Badge,
     as_of: String,
     load: Option<String>,
@@ -106,7 +106,7 @@ fn overhauled(installed: &Installed) -> String {
     }
 }
 
-fn as_of(body: &RulBody) -> String {
+fn as_of(body: &RulAnswer) -> String {
     let told = |as_of: &AsOf| format!("{} flight hours, recorded {}", grouped(as_of.flight_hours), as_of.recorded_at);
     body.as_of.as_ref().map_or_else(|| "nothing judged yet".to_owned(), told)
 }
@@ -125,7 +125,7 @@ fn load(load: &HingeLoad) -> String {
     format!("{:.1} \u{b1} {:.1} N m from {source}; {left_out}", load.hinge_moment_nm, load.sigma_nm)
 }
 
-fn quantiles(body: &RulBody) -> Vec<(&'static str, String)> {
+fn quantiles(body: &RulAnswer) -> Vec<(&'static str, String)> {
     let Some(rul) = &body.rul_fh else { return Vec::new() };
     [
         ("5 %", rul.p05),
@@ -141,7 +141,7 @@ fn quantiles(body: &RulBody) -> Vec<(&'static str, String)> {
 }
 
 /// The error of the draws, of the quantiles of which it is told.
-fn draw_error(body: &RulBody, level: &str) -> String {
+fn draw_error(body: &RulAnswer, level: &str) -> String {
     let error = body.monte_carlo.as_ref().and_then(|draws| match level {
         "10 %" => draws.p10_error_fh,
         "50 %" => draws.median_error_fh,
@@ -150,8 +150,8 @@ fn draw_error(body: &RulBody, level: &str) -> String {
     error.map(|error_fh| format!(" \u{b1} {}", grouped(error_fh))).unwrap_or_default()
 }
 
-fn failures(body: &RulBody) -> Vec<(String, String)> {
-    let told = |failure: &proto::json::FailureProbability| {
+fn failures(body: &RulAnswer) -> Vec<(String, String)> {
+    let told = |failure: &proto::answer::FailureProbability| {
         let p = failure.p.zip(failure.standard_error);
         let words = p.map_or_else(
             || "unknown beyond the horizon".to_owned(),
@@ -162,8 +162,8 @@ fn failures(body: &RulBody) -> Vec<(String, String)> {
     body.probability_of_failure.iter().flatten().map(told).collect()
 }
 
-fn fault_rows(body: &RulBody) -> Vec<(String, String, String)> {
-    let row = |(name, fault): (&String, &proto::json::Fault)| {
+fn fault_rows(body: &RulAnswer) -> Vec<(String, String, String)> {
+    let row = |(name, fault): (&String, &proto::answer::Fault)| {
         let value = format!("{:.4} \u{b1} {:.4}", fault.value, fault.sigma);
         (name.clone(), value, format!("{:+.4}", fault.trend_per_1000_fh))
     };

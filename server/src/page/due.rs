@@ -7,7 +7,7 @@ use axum::{
     response::{IntoResponse, Response},
 };
 use domain::Timestamp;
-use proto::json::{DueBody, DueItem};
+use proto::answer::{DueAnswer, DueItem};
 use serde::Deserialize;
 
 use super::{
@@ -95,7 +95,7 @@ pub async fn get(
 }
 
 impl DuePage {
-    fn new(now: Timestamp, body: DueBody, csv: String) -> Self {
+    fn new(now: Timestamp, body: DueAnswer, csv: String) -> Self {
         let rows = |items: Vec<DueItem>| items.into_iter().map(Row::new).collect();
         Self {
             now,
@@ -117,10 +117,10 @@ impl DuePage {
 
     fn refused(now: Timestamp, why: String) -> Self {
         let Threshold { within_fh, risk } = Threshold::new(None, None);
-        let totals = proto::json::DueTotals::default();
+        let totals = proto::answer::DueTotals::default();
         let (items, unknown) = (Vec::new(), Vec::new());
         let advisory = domain::ADVISORY.to_owned();
-        let body = DueBody { within_fh, risk, totals, items, unknown, next_cursor: None, advisory };
+        let body = DueAnswer { within_fh, risk, totals, items, unknown, next_cursor: None, advisory };
         Self { refused: Some(why), ..Self::new(now, body, String::new()) }
     }
 }

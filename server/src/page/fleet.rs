@@ -3,7 +3,7 @@
 use askama::Template;
 use axum::{extract::State as Extract, response::Response};
 use domain::Timestamp;
-use proto::json::RulBody;
+use proto::answer::RulAnswer;
 
 use super::{
     html,
@@ -46,7 +46,7 @@ pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Res
     fleet.truncate(MAX_TAILS as usize);
     let displaced = state.store.displaced(caller.operator()).await?;
     let all = fleet.iter().flat_map(|tail| &tail.installed).chain(&displaced);
-    let mut bodies: Vec<(RulBody, bool)> = all.map(|one| (answer::rul(state, one, None), one.place_known)).collect();
+    let mut bodies: Vec<(RulAnswer, bool)> = all.map(|one| (answer::rul(state, one, None), one.place_known)).collect();
     bodies.sort_by(|(a, _), (b, _)| worst_first(a, b));
     html(&FleetPage {
         now: (state.clock)(),
@@ -59,8 +59,8 @@ pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Res
 }
 
 /// Orders by the need for attention, then by the 10 % quantile and the median; a censored quantile is the longest.
-fn worst_first(a: &RulBody, b: &RulBody) -> std::cmp::Ordering {
-    let quantiles = |body: &RulBody| {
+fn worst_first(a: &RulAnswer, b: &RulAnswer) -> std::cmp::Ordering {
+    let quantiles = |body: &RulAnswer| {
         let rul = body.rul_fh.as_ref();
         let known = |quantile: Option<f64>| quantile.unwrap_or(f64::INFINITY);
         [known(rul.and_then(|rul| rul.p10)), known(rul.and_then(|rul| rul.p50))]
@@ -70,7 +70,7 @@ fn worst_first(a: &RulBody, b: &RulBody) -> std::cmp::Ordering {
 }
 
 impl Row {
-    fn new((body, place_known): (RulBody, bool)) -> Self {
+    fn new((body, place_known): (RulAnswer, bool)) -> Self {
         let rul = body.rul_fh.as_ref();
         let dates = body.end_of_life.as_ref().map(|end| {
             let date = |date: &Option<String>| date.clone().unwrap_or_else(|| "later".to_owned());

@@ -4,7 +4,7 @@ use domain::{
     Doubt, DoubtKind, Explanation,
     explanation::{Driver, Growth, Shift, Surprise},
 };
-use proto::json::RulBody;
+use proto::answer::RulAnswer;
 
 use super::words::grouped;
 
@@ -41,7 +41,7 @@ pub struct Warning {
 
 impl Reasons {
     /// The reasons of a forecast; `None` without one that tells any.
-    pub fn of(body: &RulBody) -> Option<Self> {
+    pub fn of(body: &RulAnswer) -> Option<Self> {
         let Explanation { drivers, growth, shift } = body.explanation.as_ref()?;
         let told = Self {
             drivers: drivers.iter().map(bar).collect(),
@@ -54,7 +54,7 @@ impl Reasons {
 
 impl Warning {
     /// What speaks against a forecast.
-    pub fn all(body: &RulBody) -> Vec<Self> {
+    pub fn all(body: &RulAnswer) -> Vec<Self> {
         let warning = |doubt: &Doubt| Self {
             heading: match doubt.kind {
                 DoubtKind::Inconsistent => {

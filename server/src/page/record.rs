@@ -1,7 +1,7 @@
 //! The record of a component: its lives, its places, and the reports of maintenance.
 
-use domain::{EventKind, Finding};
-use store::{ComponentRecord, Contradiction, EventRecord, Installation, InstallationSource, Installed, LifeRecord};
+use domain::{EventKind, Finding, InstallationSource};
+use store::{ComponentRecord, Contradiction, EventRecord, Installation, Installed, LifeRecord};
 
 use super::words::{day, grouped, minute};
 

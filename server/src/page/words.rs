@@ -1,7 +1,7 @@
 //! Statuses and numbers as people read them.
 
 use domain::{Doubt, DoubtKind, Status, Timestamp};
-use proto::json::RulBody;
+use proto::answer::RulAnswer;
 
 /// Below this 10 % quantile of remaining life a forecast asks for attention, flight hours.
 const ATTENTION_FH: f64 = 500.0;
@@ -21,7 +21,7 @@ pub struct Badge {
 
 impl Badge {
     /// The badge of a prognosis.
-    pub fn of(body: &RulBody) -> Self {
+    pub fn of(body: &RulAnswer) -> Self {
         let p10 = body.rul_fh.as_ref().and_then(|rul| rul.p10);
         let near = p10.is_some_and(|p10| p10 < ATTENTION_FH);
         Self::new(body.status, body.doubts.as_deref(), near, "end of life near")
@@ -52,7 +52,7 @@ impl Badge {
 }
 
 /// Flight hours, or what a missing quantile means.
-pub fn hours(body: &RulBody, quantile: Option<f64>) -> String {
+pub fn hours(body: &RulAnswer, quantile: Option<f64>) -> String {
     match (quantile, body.horizon_fh) {
         (Some(hours), _) => format!("{} fh", grouped(hours)),
         (None, Some(horizon)) => format!("> {} fh", grouped(horizon)),

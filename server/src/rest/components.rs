@@ -2,10 +2,7 @@
 
 use axum::{Json, extract::State as Extract};
 use domain::{AsOf, Component};
-use proto::json::{
-    ComponentBody, ContradictionItem, GenerationItem, GenerationState, InstallationItem, InstallationSource,
-    LifeBeginning, LifeItem,
-};
+use proto::json::{ComponentBody, ContradictionItem, GenerationItem, InstallationItem, LifeBeginning, LifeItem};
 use store::{ComponentRecord, Contradiction, EventRecord, Installation, LifeCursor, LifeRecord};
 
 use super::maintenance;
@@ -54,10 +51,7 @@ fn installation(installation: Installation) -> InstallationItem {
         position: position.into(),
         from: from.into(),
         to: to.map(String::from),
-        source: match source {
-            store::InstallationSource::Event => InstallationSource::Event,
-            store::InstallationSource::Uploads => InstallationSource::Uploads,
-        },
+        source,
     }
 }
 
@@ -99,11 +93,7 @@ fn generation(record: store::GenerationRecord) -> GenerationItem {
         number: record.generation.number,
         model: record.generation.model.into(),
         prior: record.generation.prior.into(),
-        state: match record.state {
-            store::GenerationState::Waits => GenerationState::Waits,
-            store::GenerationState::Answers => GenerationState::Answers,
-            store::GenerationState::Kept => GenerationState::Kept,
-        },
+        state: record.state,
         estimates: record.estimates,
     }
 }

@@ -9,7 +9,10 @@ use axum::{
     },
     response::{IntoResponse, Response},
 };
-use proto::json::{DueBody, DueItem, FieldError};
+use proto::{
+    answer::{DueAnswer, DueItem},
+    json::FieldError,
+};
 use serde::{Deserialize, Deserializer};
 use utoipa::{IntoParams, ToSchema};
 
@@ -119,7 +122,7 @@ impl DueQuery {
     get, path = "/v1/fleet/due", tag = "fleet", operation_id = "listDue",
     params(DueQuery),
     responses(
-        (status = 200, description = "One page, or the whole table", content((DueBody = "application/json"), (String = "text/csv"))),
+        (status = 200, description = "One page, or the whole table", content((DueAnswer = "application/json"), (String = "text/csv"))),
         Listing,
     )
 )]
@@ -160,7 +163,7 @@ fn prefers_csv(headers: &HeaderMap) -> bool {
     quality("text/csv").is_some_and(|csv| csv > 0.0 && csv >= quality("application/json").unwrap_or(0.0))
 }
 
-fn table(body: &DueBody) -> String {
+fn table(body: &DueAnswer) -> String {
     let mut table = csv::line(COLUMNS.map(str::to_owned));
     for (list, items) in [("due", &body.items), ("unknown", &body.unknown)] {
         for item in items {
@@ -170,7 +173,7 @@ fn table(body: &DueBody) -> String {
     table
 }
 
-fn row(list: &str, body: &DueBody, item: &DueItem) -> [String; 20] {
+fn row(list: &str, body: &DueAnswer, item: &DueItem) -> [String; 20] {
     let (safe, as_of) = (item.latest_safe.as_ref(), item.as_of.as_ref());
     let number = |number: Option<f64>| number.map(|number| number.to_string()).unwrap_or_default();
     let text = |text: Option<&String>| text.cloned().unwrap_or_default();

@@ -6,7 +6,7 @@ use axum::{
     response::{IntoResponse, Response},
 };
 use domain::Component;
-use proto::json::{HealthItem, Page, StateItem};
+use proto::answer::{HealthItem, Page, StateItem};
 use serde::{Deserialize, Deserializer};
 use utoipa::{IntoParams, ToSchema};
 

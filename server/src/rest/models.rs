@@ -2,7 +2,7 @@
 
 use axum::{Json, extract::State as Extract};
 use domain::ContentHash;
-use proto::json::{MaskBody, ModelItem, Page};
+use proto::answer::{MaskAnswer, ModelItem, Page};
 use serde::Deserialize;
 use utoipa::IntoParams;
 
@@ -57,13 +57,13 @@ pub async fn get(
     get, path = "/v1/models/{hash}/mask", tag = "models", operation_id = "getMask",
     params(One),
     responses(
-        (status = 200, description = "The mask", body = MaskBody),
+        (status = 200, description = "The mask", body = MaskAnswer),
         Lookup,
     )
 )]
 pub async fn mask(
     Extract(shared): Extract<Shared>,
     Named(One { hash }): Named<One>,
-) -> Result<Json<MaskBody>, Refusal> {
+) -> Result<Json<MaskAnswer>, Refusal> {
     Ok(Json(answer::mask(&shared.state, Some(&hash)).await?))
 }

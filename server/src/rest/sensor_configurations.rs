@@ -7,8 +7,9 @@ use axum::{
     response::{IntoResponse, Response},
 };
 use domain::{OperatorId, TailNumber};
-use proto::json::{
-    self, Page, SensorConfigurationAck, SensorConfigurationBody, SensorConfigurationItem, SensorConfigurationStatus,
+use proto::{
+    answer::Page,
+    json::{self, SensorConfigurationAck, SensorConfigurationBody, SensorConfigurationItem, SensorConfigurationStatus},
 };
 use store::{Addition, TailConfiguration};
 

@@ -2,7 +2,7 @@
 
 use axum::{Json, extract::State as Extract};
 use domain::TailNumber;
-use proto::json::{Page, RulBody, TailBody, TailItem};
+use proto::answer::{Page, RulAnswer, TailAnswer, TailItem};
 use serde::Deserialize;
 use utoipa::IntoParams;
 
@@ -62,7 +62,7 @@ pub async fn list(
     get, path = "/v1/tails/{tail}", tag = "health", operation_id = "getTail",
     params(Tail),
     responses(
-        (status = 200, description = "The tail", body = TailBody),
+        (status = 200, description = "The tail", body = TailAnswer),
         Lookup,
     )
 )]
@@ -70,7 +70,7 @@ pub async fn get(
     Extract(shared): Extract<Shared>,
     caller: Caller,
     Named(Tail { tail }): Named<Tail>,
-) -> Result<Json<TailBody>, Refusal> {
+) -> Result<Json<TailAnswer>, Refusal> {
     Ok(Json(answer::tail(&shared.state, caller.operator(), tail).await?))
 }
 
@@ -79,7 +79,7 @@ pub async fn get(
     get, path = "/v1/tails/{tail}/rul", tag = "health", operation_id = "listRul",
     params(Tail, Within),
     responses(
-        (status = 200, description = "All positions, by name", body = Page<RulBody>),
+        (status = 200, description = "All positions, by name", body = Page<RulAnswer>),
         Lookup,
     )
 )]
@@ -88,7 +88,7 @@ pub async fn ruls(
     caller: Caller,
     Named(Tail { tail }): Named<Tail>,
     Query(Within { within_fh }): Query<Within>,
-) -> Result<Json<Page<RulBody>>, Refusal> {
+) -> Result<Json<Page<RulAnswer>>, Refusal> {
     let items = answer::tail_ruls(&shared.state, caller.operator(), &tail, within_fh.as_deref()).await?;
     Ok(Json(Page { items, next_cursor: None }))
 }
@@ -98,7 +98,7 @@ pub async fn ruls(
     get, path = "/v1/tails/{tail}/positions/{position}/rul", tag = "health", operation_id = "getRul",
     params(Place, Within),
     responses(
-        (status = 200, description = "The distribution of remaining useful life", body = RulBody),
+        (status = 200, description = "The distribution of remaining useful life", body = RulAnswer),
         Lookup,
     )
 )]
@@ -107,7 +107,7 @@ pub async fn rul(
     caller: Caller,
     Named(place): Named<Place>,
     Query(Within { within_fh }): Query<Within>,
-) -> Result<Json<RulBody>, Refusal> {
+) -> Result<Json<RulAnswer>, Refusal> {
     let installed = answer::installed_at(&shared.state, caller.operator(), &place.tail, &place.position).await?;
     Ok(Json(answer::rul(&shared.state, &installed, within_fh.as_deref())))
 }

@@ -4,10 +4,13 @@ use axum::{
     Json,
     extract::{Request, State as Extract},
 };
-use domain::{ContentHash, FaultModel, UploadId};
-use proto::json::{self, HealthItem, Page, RetryAck, RetryBody, UploadState, UploadStatusBody};
+use domain::{ContentHash, FaultModel, UploadId, UploadStateKind};
+use proto::{
+    answer::{HealthItem, Page},
+    json::{self, RetryAck, RetryBody, UploadStatusBody},
+};
 use serde::{Deserialize, Deserializer};
-use store::{Released, Retrial, UploadRecord, UploadStateKind};
+use store::{Released, Retrial, UploadRecord, UploadState};
 use utoipa::IntoParams;
 
 use super::body::{JSON, media_type, read as read_body};
@@ -36,7 +39,7 @@ pub struct One {
 pub struct Uploads {
     /// Which ones
     #[serde(deserialize_with = "state")]
-    #[param(value_type = UploadState, example = "set_aside")]
+    #[param(value_type = UploadStateKind, example = "set_aside")]
     state: UploadStateKind,
     /// How many items; default 50
     #[serde(deserialize_with = "query::limit")]
@@ -179,18 +182,14 @@ fn unknown(upload_id: &UploadId) -> Refusal {
 
 fn body(record: UploadRecord, models: &[(ContentHash, FaultModel)]) -> UploadStatusBody {
     let (mut reason, mut words, mut voided_at) = (None, None, None);
-    let state = match record.state {
-        store::UploadState::Pending => UploadState::Pending,
-        store::UploadState::Processed => UploadState::Processed,
-        store::UploadState::SetAside { reason: code, detail } => {
+    let state = record.state.kind();
+    match record.state {
+        UploadState::Pending | UploadState::Processed => {}
+        UploadState::SetAside { reason: code, detail } => {
             (reason, words) = (Some(code.as_str().to_owned()), Some(detail));
-            UploadState::SetAside
         }
-        store::UploadState::Voided { at } => {
-            voided_at = Some(at.to_string());
-            UploadState::Voided
-        }
-    };
+        UploadState::Voided { at } => voided_at = Some(at.to_string()),
+    }
     let upload = record.upload;
     UploadStatusBody {
         upload_id: upload.upload_id.into(),

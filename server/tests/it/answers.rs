@@ -165,7 +165,7 @@ async fn a_forecast_tells_its_reasons_and_what_speaks_against_it() {
     let mut grpc = FleetHealthClient::new(house.channel().await);
     let place = v1::GetRulRequest { tail: "EC-MXA".into(), position: "AIL-L".into(), within_fh: vec![] };
     let rul = grpc.get_rul(place).await.unwrap().into_inner();
-    assert_eq!(rul, serde_json::from_value::<proto::json::RulBody>(body).unwrap().into());
+    assert_eq!(rul, serde_json::from_value::<proto::answer::RulAnswer>(body).unwrap().into());
     assert_eq!(rul.doubts[1].kind(), v1::DoubtKind::OutsideTraining);
 }
 
@@ -185,7 +185,8 @@ async fn statuses_follow_the_forecast() {
 async fn grpc_tells_the_same() {
     let house = house_with(every_second_block(6)).await;
     house.work(Ok(forecast(80))).await;
-    let body: proto::json::RulBody = serde_json::from_value(house.read(&format!("{RUL}?within_fh=400")).await).unwrap();
+    let body: proto::answer::RulAnswer =
+        serde_json::from_value(house.read(&format!("{RUL}?within_fh=400")).await).unwrap();
     let mut grpc = FleetHealthClient::new(house.channel().await);
     let request = |tail: &str, position: &str| v1::GetRulRequest {
         tail: tail.to_owned(),
@@ -200,7 +201,8 @@ async fn grpc_tells_the_same() {
     assert_eq!(grpc.get_rul(request("ec", "AIL-R")).await.unwrap_err().code(), Code::InvalidArgument);
 
     let tails = grpc.list_tails(v1::ListTailsRequest::default()).await.unwrap().into_inner();
-    let body: proto::json::Page<proto::json::TailItem> = serde_json::from_value(house.read("/v1/tails").await).unwrap();
+    let body: proto::answer::Page<proto::answer::TailItem> =
+        serde_json::from_value(house.read("/v1/tails").await).unwrap();
     assert_eq!(tails, v1::ListTailsResponse::from(body));
 }
 
@@ -308,7 +310,7 @@ async fn models_name_their_mask() {
     let mut grpc = ModelsClient::new(house.channel().await);
     for model in [String::new(), house.model.clone()] {
         let told = grpc.get_mask(v1::GetMaskRequest { model }).await.unwrap().into_inner();
-        assert_eq!(told, v1::Mask::from(serde_json::from_value::<proto::json::MaskBody>(mask.clone()).unwrap()));
+        assert_eq!(told, v1::Mask::from(serde_json::from_value::<proto::answer::MaskAnswer>(mask.clone()).unwrap()));
     }
     let unknown = grpc.get_mask(v1::GetMaskRequest { model: "0".repeat(64) }).await.unwrap_err();
     assert_eq!(unknown.code(), Code::NotFound);

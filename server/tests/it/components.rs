@@ -1,7 +1,7 @@
 //! A component is told wherever it is installed, and the same over both transports.
 
 use proto::{
-    json::{HealthItem, ModelItem, Page, StateItem, TailBody},
+    answer::{HealthItem, ModelItem, Page, StateItem, TailAnswer},
     v1::{self, ListHealthRequest, fleet_health_client::FleetHealthClient, models_client::ModelsClient},
 };
 use serde_json::{Value, json};
@@ -70,7 +70,7 @@ async fn loads_are_told_where_they_are_known() {
     let mut grpc = FleetHealthClient::new(house.channel().await);
     let place = v1::GetRulRequest { tail: "EC-MXB".into(), position: "AIL-L".into(), within_fh: vec![] };
     let told = grpc.get_rul(place).await.unwrap().into_inner();
-    assert_eq!(told, serde_json::from_value::<proto::json::RulBody>(rul).unwrap().into());
+    assert_eq!(told, serde_json::from_value::<proto::answer::RulAnswer>(rul).unwrap().into());
     assert_eq!(told.load.unwrap().source(), v1::LoadSource::StrainAndAirData);
     let page = house.get("/tails/EC-MXB/positions/AIL-L").await.text().await.unwrap();
     assert!(page.contains("Hinge moment: -412.5") && page.contains("strain sensors left out: 8, 3"));
@@ -138,7 +138,7 @@ async fn tails_and_models_are_the_same_over_both_transports() {
     house.work(Ok(forecast(80))).await;
     let mut grpc = FleetHealthClient::new(house.channel().await);
     let tail = grpc.get_tail(v1::GetTailRequest { tail: "EC-MXB".into() }).await.unwrap().into_inner();
-    let body: TailBody = serde_json::from_value(house.read("/v1/tails/EC-MXB").await).unwrap();
+    let body: TailAnswer = serde_json::from_value(house.read("/v1/tails/EC-MXB").await).unwrap();
     assert_eq!(tail, body.into());
     assert_eq!(tail.positions[0].prognosis.as_ref().unwrap().status(), v1::Status::Ok);
     let unknown = grpc.get_tail(v1::GetTailRequest { tail: "EC-MXZ".into() }).await.unwrap_err();

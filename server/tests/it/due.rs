@@ -5,7 +5,7 @@ use domain::{
     prognosis::{Forecast, InsufficientHistory},
 };
 use proto::{
-    json::DueBody,
+    answer::DueAnswer,
     v1::{self, fleet_health_client::FleetHealthClient},
 };
 use serde_json::{Value, json};
@@ -170,7 +170,7 @@ async fn pages_hold_both_lists_one_after_the_other() {
             unknown.extend(others);
             let request = v1::ListDueRequest { limit: limit as u32, cursor, ..Default::default() };
             let told = grpc.list_due(request).await.unwrap().into_inner();
-            assert_eq!(told, serde_json::from_value::<DueBody>(page.clone()).unwrap().into());
+            assert_eq!(told, serde_json::from_value::<DueAnswer>(page.clone()).unwrap().into());
             let Some(next) = page["next_cursor"].as_str() else { break };
             cursor = next.to_owned();
         }

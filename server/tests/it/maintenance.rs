@@ -2,7 +2,7 @@
 
 use domain::prognosis::InsufficientHistory;
 use proto::{
-    json::RulBody,
+    answer::RulAnswer,
     v1::{self, fleet_health_client::FleetHealthClient},
 };
 use reqwest::Response;
@@ -97,7 +97,7 @@ async fn a_component_that_was_found_failed_has_failed() {
     let mut grpc = FleetHealthClient::new(house.channel().await);
     let place = v1::GetRulRequest { tail: "EC-MXA".into(), position: "AIL-L".into(), within_fh: vec![] };
     let told = grpc.get_rul(place).await.unwrap().into_inner();
-    assert_eq!(told, serde_json::from_value::<RulBody>(rul).unwrap().into());
+    assert_eq!(told, serde_json::from_value::<RulAnswer>(rul).unwrap().into());
     let due = house.read("/v1/fleet/due?risk=0.99").await;
     let item = &due["items"][0];
     assert_eq!((&item["status"], &item["reason"]), (&json!("failed"), &json!("found failed at 230 fh")));

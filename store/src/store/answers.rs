@@ -1,11 +1,11 @@
 //! Answers: uploads, events, components, places and histories.
 
-use domain::{Component, Estimate, EventId, OperatorId, Position, State, TailNumber, UploadId};
+use domain::{Component, Estimate, EventId, OperatorId, Position, State, TailNumber, UploadId, UploadStateKind};
 
 use super::{Backend, Store, backend};
 use crate::{
     ComponentRecord, EventRecord, HistoryOf, Installation, Installed, InstalledTail, IssuedLife, LifeCursor,
-    StoreError, UploadRecord, UploadStateKind,
+    StoreError, UploadRecord,
 };
 
 impl Store {

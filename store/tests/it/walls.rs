@@ -15,10 +15,10 @@ use std::{
 use crate::fixture::{
     self, bundle, bundle_body, by_hand, configuration, day, drain, fail, finding, later_upload, prior, tail,
 };
-use domain::{Actor, EventKind, Finding, MaintenanceEvent, OperatorId, Upload};
+use domain::{Actor, EventKind, Finding, MaintenanceEvent, OperatorId, Upload, UploadStateKind};
 use serde_json::Value;
 use sqlx::{AssertSqlSafe, Connection, Executor, PgConnection, Row, ValueRef};
-use store::{Options, Store, UploadStateKind};
+use store::{Options, Store};
 use tests::postgres::{Cluster, TestDatabase};
 
 const OWN: &str = "alpha";

@@ -5,7 +5,7 @@ use std::{collections::HashMap, fmt::Write};
 use anyhow::Result;
 use clap::Args;
 use domain::ContentHash;
-use proto::json::ModelItem;
+use proto::answer::ModelItem;
 use serde::Serialize;
 use store::{BundleRecord, ModelUse};
 

@@ -1,6 +1,6 @@
 //! Uploads with what became of them, as they are answered.
 
-use domain::{OperatorId, Timestamp, Upload, UploadId};
+use domain::{OperatorId, Timestamp, Upload, UploadId, UploadStateKind};
 
 use super::super::{
     Connection, Engine,
@@ -8,7 +8,7 @@ use super::super::{
     results::estimates,
     uploads::{keys, received, standing},
 };
-use crate::{StoreError, UploadRecord, UploadStateKind};
+use crate::{StoreError, UploadRecord};
 
 impl Engine {
     pub(crate) async fn upload(

@@ -5,7 +5,7 @@
 //! all uploads of the life and lets it answer in the transaction that holds its results. One that was
 //! never made is dropped when another takes its place. *Invariant:* generations of one life never share results.
 
-use domain::{Component, ContentHash};
+use domain::{Component, ContentHash, GenerationState};
 
 use super::super::{
     Connection, Engine,
@@ -16,7 +16,7 @@ use super::super::{
     },
 };
 use super::life::{LifeRow, life_columns};
-use crate::{Generation, GenerationRecord, GenerationState, ModelUse, StoreError};
+use crate::{Generation, GenerationRecord, ModelUse, StoreError};
 
 const GENERATIONS: &str = "generations";
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use domain::{Component, OperatorId, Position, TailNumber, Timestamp, Upload};
+use domain::{Component, InstallationSource, OperatorId, Position, TailNumber, Timestamp, Upload};
 
 use super::super::{
     Connection, Engine,
@@ -14,7 +14,7 @@ use super::super::{
 };
 use super::{movements, observed};
 use crate::{
-    Installation, InstallationSource, StoreError,
+    Installation, StoreError,
     periods::{self, By, Change, Moment, Movement, Period, Place},
 };
 

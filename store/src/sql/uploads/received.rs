@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use domain::{Component, OperatorId, TailNumber, Timestamp, Upload, UploadId};
+use domain::{Component, OperatorId, TailNumber, Timestamp, Upload, UploadId, UploadStateKind};
 use futures_util::StreamExt;
 
 use super::super::{
@@ -15,7 +15,7 @@ use super::super::{
     },
 };
 use super::{inbox::InboxRow, keys};
-use crate::{StoreError, UploadStateKind, Verification};
+use crate::{StoreError, Verification};
 
 const UPLOADS: &str = "uploads";
 

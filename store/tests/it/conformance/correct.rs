@@ -1,8 +1,8 @@
 use std::collections::BTreeMap;
 
-use domain::{SetAsideReason, Upload};
+use domain::{SetAsideReason, Upload, UploadStateKind};
 use proptest::{prelude::*, test_runner::TestRunner};
-use store::{Completion, Receipt, Retrial, Store, UploadState, UploadStateKind, Voiding};
+use store::{Completion, Receipt, Retrial, Store, UploadState, Voiding};
 use test_case::test_case;
 
 use crate::{

@@ -1,5 +1,5 @@
-use domain::{ContentHash, OperatorId, SetAsideReason};
-use store::{Completion, GenerationState, HistoryOf, LifeRecord, ModelUse, Store, UploadState};
+use domain::{ContentHash, GenerationState, OperatorId, SetAsideReason};
+use store::{Completion, HistoryOf, LifeRecord, ModelUse, Store, UploadState};
 use test_case::test_case;
 
 use crate::fixture::{

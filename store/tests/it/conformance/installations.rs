@@ -1,8 +1,8 @@
 use std::collections::BTreeMap;
 
-use domain::{OperatorId, Upload};
+use domain::{InstallationSource, OperatorId, Upload};
 use proptest::{prelude::*, test_runner::TestRunner};
-use store::{Installation, InstallationSource, Store};
+use store::{Installation, Store};
 use test_case::test_case;
 
 use crate::fixture::{

@@ -1,5 +1,5 @@
-use domain::{OperatorId, SetAsideReason, Upload, UploadId};
-use store::{Installation, InstallationSource, InstalledTail, LifeCursor, Store, UploadStateKind};
+use domain::{InstallationSource, OperatorId, SetAsideReason, Upload, UploadId, UploadStateKind};
+use store::{Installation, InstalledTail, LifeCursor, Store};
 use test_case::test_case;
 
 use crate::fixture::{

@@ -3,9 +3,11 @@
 
 use std::cell::Cell;
 
-use domain::{Component, EventKind, Finding, MaintenanceEvent, OperatorId, Timestamp, Upload, WarningKind};
+use domain::{
+    Component, EventKind, Finding, InstallationSource, MaintenanceEvent, OperatorId, Timestamp, Upload, WarningKind,
+};
 use proptest::{prelude::*, test_runner::TestRunner};
-use store::{InstallationSource, LifeRecord, Store};
+use store::{LifeRecord, Store};
 use test_case::test_case;
 
 use crate::fixture::{

@@ -117,7 +117,7 @@ async fn dump(store: &Store, operator: &OperatorId) -> String {
         let states = store.states(&component, None, None, None, None, 1000).await.unwrap();
         dump += &format!("{record:#?}\n{estimates:#?}\n{states:#?}\n");
     }
-    use store::UploadStateKind::{Pending, Processed, SetAside, Voided};
+    use domain::UploadStateKind::{Pending, Processed, SetAside, Voided};
     for state in [Pending, Processed, SetAside, Voided] {
         let uploads = store.uploads(operator, state, None, 1000).await.unwrap();
         let uploads: Vec<_> = uploads.into_iter().map(|one| (one.upload, one.state, one.estimate)).collect();

@@ -5,9 +5,10 @@
 use std::{collections::BTreeMap, fmt::Write, fs, path::Path};
 
 use crate::fixture::{Backend, Database, component, everything::everything, operator, tail};
+use domain::UploadStateKind;
 use numerics::Stream;
 use sqlx::{Connection, SqliteConnection};
-use store::{HistoryOf, Store, StoreError, UploadStateKind};
+use store::{HistoryOf, Store, StoreError};
 
 /// Components and tails of the database.
 const SERIALS: [&str; 4] = ["0001", "0002", "0003", "0004"];

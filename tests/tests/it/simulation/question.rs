@@ -2,10 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use domain::Status;
-use proto::json::{
-    ComponentBody, DueBody, HealthItem, InstallationSource, MaintenanceBody, MaintenanceKind, ModelItem, Page, RulBody,
-    ScoreboardBody, SensorConfigurationItem, StateItem, TailBody, TailItem, UploadState, UploadStatusBody,
+use domain::{InstallationSource, Status, UploadStateKind};
+use proto::{
+    answer::{DueAnswer, HealthItem, ModelItem, Page, RulAnswer, StateItem, TailAnswer, TailItem},
+    json::{
+        ComponentBody, MaintenanceBody, MaintenanceKind, ScoreboardBody, SensorConfigurationItem, UploadStatusBody,
+    },
 };
 use serde::de::DeserializeOwned;
 
@@ -40,7 +42,7 @@ pub enum Question {
     /// What became of an upload.
     Upload(String),
     /// Uploads in a state.
-    Uploads(UploadState),
+    Uploads(UploadStateKind),
     /// The due list.
     Due,
     /// The scoreboard.
@@ -58,7 +60,7 @@ impl Question {
         let tails: BTreeSet<String> = places.iter().map(|(tail, _)| tail.clone()).collect();
         let mut all = vec![Self::Tails, Self::Due, Self::Scoreboard, Self::Models];
         all.extend(["/", "/due", "/scoreboard"].map(|page| Self::Page(page.to_owned())));
-        use UploadState::{Pending, Processed, SetAside, Voided};
+        use UploadStateKind::{Pending, Processed, SetAside, Voided};
         all.extend([Pending, Processed, SetAside, Voided].map(Self::Uploads));
         for tail in tails {
             all.extend([Self::Tail(tail.clone()), Self::Ruls(tail.clone()), Self::Configurations(tail)]);
@@ -120,20 +122,20 @@ impl Question {
             Self::Page(_) => has_status(answer, 200),
             Self::Tails => tails(read(answer)?, book),
             Self::Tail(tail) => {
-                let body: TailBody = read(answer)?;
+                let body: TailAnswer = read(answer)?;
                 let here =
                     body.positions.iter().map(|item| ((tail.clone(), item.position.clone()), unit_of(&item.prognosis)));
                 same(here.collect(), on_tail(&installed, tail))?;
                 body.positions.iter().try_for_each(|item| rul(&item.prognosis, book))
             }
             Self::Ruls(tail) => {
-                let body: Page<RulBody> = read(answer)?;
+                let body: Page<RulAnswer> = read(answer)?;
                 let here = body.items.iter().map(|rul| ((rul.tail.clone(), rul.position.clone()), unit_of(rul)));
                 same(here.collect(), on_tail(&installed, tail))?;
                 body.items.iter().try_for_each(|item| rul(item, book))
             }
             Self::Rul(place) => {
-                let body: RulBody = read(answer)?;
+                let body: RulAnswer = read(answer)?;
                 same(Some(&unit_of(&body)), installed.get(place))?;
                 rul(&body, book)
             }
@@ -154,7 +156,7 @@ impl Question {
                 wrong.map_or(Ok(()), |item| Err(format!("{} among {state:?}: {:?}", item.upload_id, item.state)))?;
                 body.items.iter().try_for_each(|item| upload(item, &item.upload_id, book))
             }
-            Self::Due => read::<DueBody>(answer).map(drop),
+            Self::Due => read::<DueAnswer>(answer).map(drop),
             Self::Scoreboard => read::<ScoreboardBody>(answer).map(drop),
             Self::Models => {
                 let body: Page<ModelItem> = read(answer)?;
@@ -203,7 +205,7 @@ fn on_tail(installed: &BTreeMap<Place, Unit>, tail: &str) -> BTreeMap<Place, Uni
     installed.iter().filter(|((of, _), _)| of == tail).map(|(place, unit)| (place.clone(), unit.clone())).collect()
 }
 
-fn unit_of(rul: &RulBody) -> Unit {
+fn unit_of(rul: &RulAnswer) -> Unit {
     (rul.part_number.clone(), rul.serial_number.clone())
 }
 
@@ -222,7 +224,7 @@ fn tails(page: Page<TailItem>, book: &Book) -> Result<(), String> {
 }
 
 /// A remaining life says nothing that is not known, and all that is.
-fn rul(body: &RulBody, book: &Book) -> Result<(), String> {
+fn rul(body: &RulAnswer, book: &Book) -> Result<(), String> {
     let unit = unit_of(body);
     // A prognosis stands until a worker has come by, also where an upload was taken back since.
     let of_unit = book
@@ -306,5 +308,5 @@ fn upload(body: &UploadStatusBody, id: &str, book: &Book) -> Result<(), String> 
         (body.flight_hours, body.serial_number.as_str()),
         (known.content.flight_hours, known.content.serial_number.as_str()),
     )?;
-    same(body.state == UploadState::Voided, known.voided)
+    same(body.state == UploadStateKind::Voided, known.voided)
 }

@@ -1,4 +1,4 @@
-//! The history of a component's health as served.
+//! The history of a component's health as told.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Which components are due, as served.
+//! Which components are due, as told.
 
 use domain::{AsOf, Doubt, Status};
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,8 @@ use utoipa::ToSchema;
 /// risk, worst first; behind them those of which nothing can be said. A page holds at most `limit` of
 /// both together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct DueBody {
+#[schema(as = DueBody)]
+pub struct DueAnswer {
     /// The flight hours that were asked about, from the newest data of each component.
     #[schema(example = 500.0)]
     pub within_fh: f64,

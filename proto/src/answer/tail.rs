@@ -4,7 +4,7 @@ use domain::Status;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::RulBody;
+use super::RulAnswer;
 
 /// One tail in short.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -24,7 +24,8 @@ pub struct TailItem {
 
 /// One tail with its positions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct TailBody {
+#[schema(as = TailBody)]
+pub struct TailAnswer {
     /// The tail.
     #[schema(example = "EC-MXA")]
     pub tail: String,
@@ -78,11 +79,11 @@ pub struct PositionItem {
     #[schema(example = 0)]
     pub life: u32,
     /// Its latest prognosis.
-    pub prognosis: RulBody,
+    pub prognosis: RulAnswer,
 }
 
-impl From<RulBody> for DisplacedItem {
-    fn from(last: RulBody) -> Self {
+impl From<RulAnswer> for DisplacedItem {
+    fn from(last: RulAnswer) -> Self {
         Self {
             tail: None,
             position: None,
@@ -94,8 +95,8 @@ impl From<RulBody> for DisplacedItem {
     }
 }
 
-impl From<RulBody> for PositionItem {
-    fn from(prognosis: RulBody) -> Self {
+impl From<RulAnswer> for PositionItem {
+    fn from(prognosis: RulAnswer) -> Self {
         Self {
             position: prognosis.position.clone(),
             part_number: prognosis.part_number.clone(),
@@ -106,9 +107,9 @@ impl From<RulBody> for PositionItem {
     }
 }
 
-impl TailBody {
+impl TailAnswer {
     /// A tail with the remaining lives of its positions, and of what was last on it.
-    pub fn new(tail: String, prognoses: Vec<RulBody>, displaced: Vec<RulBody>) -> Self {
+    pub fn new(tail: String, prognoses: Vec<RulAnswer>, displaced: Vec<RulAnswer>) -> Self {
         let TailItem { tail, status, rul_p10_fh, .. } = TailItem::new(tail, &prognoses);
         Self {
             tail,
@@ -122,7 +123,7 @@ impl TailBody {
 
 impl TailItem {
     /// A tail in short; nothing installed is as unknown as no history.
-    pub fn new(tail: String, prognoses: &[RulBody]) -> Self {
+    pub fn new(tail: String, prognoses: &[RulAnswer]) -> Self {
         let p10 = prognoses.iter().filter_map(|body| body.rul_fh.as_ref()?.p10);
         Self {
             tail,

@@ -44,7 +44,8 @@ impl ModelItem {
 
 /// The rotor angles at which an aircraft samples the back-EMF map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct MaskBody {
+#[schema(as = MaskBody)]
+pub struct MaskAnswer {
     /// The mask's name, to be sent with every upload.
     pub mask_id: String,
     /// Hash of the bundle that it comes with.
@@ -59,8 +60,8 @@ pub struct MaskBody {
     pub unit: String,
 }
 
-impl MaskBody {
-    /// The body of a mask that comes with the bundle `model`.
+impl MaskAnswer {
+    /// The answer of a mask that comes with the bundle `model`.
     pub fn new(mask: &Mask, model: ContentHash) -> Self {
         Self {
             mask_id: mask.id().to_string(),

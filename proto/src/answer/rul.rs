@@ -1,4 +1,4 @@
-//! Remaining useful life as served.
+//! Remaining useful life as told.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,8 @@ use utoipa::ToSchema;
 
 /// The remaining useful life of one component, as now installed. What is not known yet is null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct RulBody {
+#[schema(as = RulBody)]
+pub struct RulAnswer {
     /// The aircraft.
     #[schema(example = "EC-MXA")]
     pub tail: String,

@@ -1,0 +1,18 @@
+//! Answers that both transports give, each described once: JSON writes it as it is, [`grpc`](crate::grpc) turns it into
+//! its message.
+//!
+//! What only one transport tells stands beside that one.
+
+mod due;
+mod health;
+mod model;
+mod page;
+mod rul;
+mod tail;
+
+pub use due::{DueAnswer, DueItem, DueTotals, LatestSafe};
+pub use health::{FaultEstimate, HealthItem, Outcome, StateItem};
+pub use model::{MaskAnswer, ModelItem};
+pub use page::Page;
+pub use rul::{EndOfLife, FailureProbability, Fault, FaultsByName, MonteCarlo, RulAnswer, RulQuantiles};
+pub use tail::{DisplacedItem, PositionItem, TailAnswer, TailItem};
