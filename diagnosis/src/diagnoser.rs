@@ -13,7 +13,7 @@
 //! Requires: valid samples >= modes + 2.
 //! Source: Berri 2021, sections 2.3 and 6.2-6.4.
 
-use domain::{Diagnosis, FaultGroup, FaultModel, FaultVector, LoadRatio, Mask, Outcome};
+use domain::{Diagnosis, FaultGroup, FaultModel, FaultVector, LoadRatio, MapFit, Mask, Outcome};
 use numerics::chi_square;
 use reduction::{GappyFit, GappyPod, PodBasis, Prior, ReductionError, Sample};
 use serde::{Deserialize, Serialize};
@@ -94,10 +94,12 @@ impl Diagnoser {
         Diagnosis {
             sigma: pairs.map(|(i, (variance, deviation))| law.sigma(i, *variance, *deviation)).collect(),
             fault_vector: assessment.fault_vector,
-            plausible: assessment.plausible,
-            chi_square: assessment.chi_square,
-            degrees_of_freedom: assessment.degrees_of_freedom,
-            load_invariant: self.reader.kind == MapKind::LoadInvariant,
+            fit: Some(MapFit {
+                plausible: assessment.plausible,
+                chi_square: assessment.chi_square,
+                degrees_of_freedom: assessment.degrees_of_freedom,
+                load_invariant: self.reader.kind == MapKind::LoadInvariant,
+            }),
         }
     }
 

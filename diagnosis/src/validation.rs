@@ -55,7 +55,7 @@ pub fn validate(
         for _ in 0..settings.repeats {
             let upload = SimulatedUpload::new(map, mask, settings.load, settings.noise, &mut stream);
             let Outcome::Diagnosed(found) = diagnoser.diagnose(&gappy, &upload.measurement()) else { continue };
-            implausible += f64::from(u8::from(!found.plausible));
+            implausible += f64::from(u8::from(!found.is_plausible()));
             let error = |i: usize| found.fault_vector.0[i] - map.faults.0[i];
             errors.push(((0..faults).map(|i| error(i) * error(i)).sum::<f64>() / faults as f64).sqrt());
             for (i, inside) in inside.iter_mut().enumerate() {

@@ -90,7 +90,8 @@ impl FaultModel {
     }
 }
 
-/// Values of the faults, in the order of the model's names; dimensionless, in [0, 1].
+/// Values of the faults, in the order of the model's names; those that maps tell are dimensionless, in [0, 1], others
+/// have units of their own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct FaultVector(pub Vec<f64>);

@@ -61,3 +61,21 @@ impl fmt::Display for Invalid {
 }
 
 impl std::error::Error for Invalid {}
+
+/// A key as one step of a pointer in a URI fragment (RFC 6901), cut at 64 characters.
+pub fn step(key: &str) -> String {
+    let mut step = String::new();
+    for c in key.chars().take(64) {
+        match c {
+            '~' => step.push_str("~0"),
+            '/' => step.push_str("~1"),
+            c if c.is_ascii_alphanumeric() || "-._".contains(c) => step.push(c),
+            c => {
+                for byte in c.encode_utf8(&mut [0; 4]).bytes() {
+                    step.push_str(&format!("%{byte:02X}"));
+                }
+            }
+        }
+    }
+    step
+}

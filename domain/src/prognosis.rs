@@ -47,8 +47,9 @@ pub struct Prognosis {
     /// The actuator's load in the newest data that tells it.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub load: Option<HingeLoad>,
-    /// Mask of the newest upload.
-    pub mask_id: ContentHash,
+    /// Mask of the newest upload; `None` of an own diagnosis.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub mask_id: Option<ContentHash>,
     /// The bundle.
     pub model: ContentHash,
     /// The fleet prior.

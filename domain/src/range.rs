@@ -1,5 +1,7 @@
 //! What fields of an upload take, over every transport and in files alike.
 
+use crate::Invalid;
+
 /// The numbers that a field takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
@@ -47,6 +49,31 @@ impl Range {
     /// Why it does not take a number; `None` where it does.
     pub fn refusal(&self, value: f64) -> Option<String> {
         let Self { min, max, unit } = self;
-        (!(*min..=*max).contains(&value)).then(|| format!("{value} is outside {min} to {max} {unit}"))
+        let refusal = || format!("{value} is outside {min} to {max} {unit}").trim_end().to_owned();
+        (!(*min..=*max).contains(&value)).then(refusal)
+    }
+}
+
+/// Collects values out of range.
+#[derive(Default)]
+pub(crate) struct Ranges(pub Invalid);
+
+impl Ranges {
+    /// Checks a value, where there is one.
+    pub(crate) fn one(&mut self, pointer: &str, value: Option<f64>, range: Range) {
+        if let Some(refusal) = value.and_then(|value| range.refusal(value)) {
+            self.0.push(pointer, refusal);
+        }
+    }
+
+    /// Checks a list and its length.
+    pub(crate) fn list(&mut self, pointer: &str, values: &[Option<f64>], length: usize, range: Range) {
+        if values.len() != length {
+            self.0.push(pointer, format!("{} values where {length} are expected", values.len()));
+            return;
+        }
+        for (i, value) in values.iter().enumerate() {
+            self.one(&format!("{pointer}/{i}"), *value, range);
+        }
     }
 }

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Component, ContentHash, Invalid, LoadRatio, Mask, OperatorId, PartNumber, Position, SerialNumber, TailNumber,
-    Timestamp, UploadId,
-    range::{self, Range},
+    Component, ContentHash, Invalid, OperatorId, PartNumber, Position, Reading, SerialNumber, TailNumber, Timestamp,
+    UploadId,
+    range::{self, Ranges},
 };
 
 /// A checked upload. Its canonical JSON (see [`Upload::content_hash`]) decides whether a second
@@ -27,18 +27,11 @@ pub struct Upload {
     /// The component's cycles since new.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub flight_cycles: Option<u64>,
-    /// When the samples were taken.
+    /// When it was measured.
     pub recorded_at: Timestamp,
-    /// The mask by which they were taken.
-    pub mask_id: ContentHash,
-    /// Back-EMF samples, V s/rad, one per mask point; `None` where no pass gave a value.
-    pub samples: Vec<Option<f64>>,
-    /// Load ratio r = R i/(k w), dimensionless.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub load_ratio: Option<LoadRatio>,
-    /// Standard deviation of one sample, in units of k_nom.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub sample_noise: Option<f64>,
+    /// What was measured or diagnosed.
+    #[serde(flatten)]
+    pub reading: Reading,
     /// Wing strain.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub strain: Option<Strain>,
@@ -100,7 +93,7 @@ pub const STRAIN_SENSORS: usize = 12;
 pub const TEMPERATURE_SENSORS: usize = 4;
 
 impl Upload {
-    /// Who the samples are about.
+    /// Who it is about.
     pub fn component(&self, operator: &OperatorId) -> Component {
         Component {
             operator: operator.clone(),
@@ -114,22 +107,15 @@ impl Upload {
         ContentHash::of_json(self)
     }
 
-    /// Number of valid samples.
-    pub fn valid_samples(&self) -> usize {
-        self.samples.iter().flatten().count()
-    }
-
-    /// Checks every range that needs no model, and sizes against the mask by which it was sampled;
-    /// `k_nom` in V s/rad is the nominal back-EMF constant of the mask's models.
-    pub fn check(&self, mask: &Mask, k_nom: f64) -> Result<(), Invalid> {
-        let mut ranges = Ranges(Invalid::default());
+    /// Checks every range that needs no model; `of_reading` is what is wrong with the reading by the mask or the bundle
+    /// that it is for.
+    pub fn check(&self, of_reading: Invalid) -> Result<(), Invalid> {
+        let mut ranges = Ranges::default();
         ranges.one("#/flight_hours", Some(self.flight_hours), range::FLIGHT_HOURS);
         ranges.one("#/flight_cycles", self.flight_cycles.map(|n| n as f64), range::FLIGHT_CYCLES);
-        ranges.one("#/sample_noise", self.sample_noise, range::SAMPLE_NOISE);
         ranges.one("#/temperature_c", self.temperature_c, range::TEMPERATURE);
         ranges.one("#/winding_temperature_c", self.winding_temperature_c, range::WINDING_TEMPERATURE);
-        ranges.list("#/samples", &self.samples, mask.len(), Range::for_samples(k_nom));
-        self.check_load_ratio(mask, &mut ranges);
+        of_reading.violations.into_iter().for_each(|violation| ranges.0.push(violation.pointer, violation.detail));
         if let Some(strain) = &self.strain {
             let nm = range::WAVELENGTH;
             ranges.list("#/strain/wavelengths_nm", &strain.wavelengths_nm, STRAIN_SENSORS, nm);
@@ -146,49 +132,12 @@ impl Upload {
         }
         ranges.0.into_result(Some(()))
     }
-
-    fn check_load_ratio(&self, mask: &Mask, ranges: &mut Ranges) {
-        match &self.load_ratio {
-            None => {}
-            Some(LoadRatio::Mean(r)) => {
-                ranges.one("#/load_ratio", Some(*r), range::LOAD_RATIO);
-            }
-            Some(LoadRatio::PerSample(r)) => {
-                ranges.list("#/load_ratio", r, mask.len(), range::LOAD_RATIO);
-                let pairs = r.iter().zip(&self.samples).enumerate();
-                for (i, _) in pairs.filter(|(_, (r, sample))| r.is_none() && sample.is_some()) {
-                    ranges.0.push(format!("#/load_ratio/{i}"), "null although its sample is not");
-                }
-            }
-        }
-    }
-}
-
-/// Collects values out of range.
-struct Ranges(Invalid);
-
-impl Ranges {
-    fn one(&mut self, pointer: &str, value: Option<f64>, range: Range) {
-        if let Some(refusal) = value.and_then(|value| range.refusal(value)) {
-            self.0.push(pointer, refusal);
-        }
-    }
-
-    fn list(&mut self, pointer: &str, values: &[Option<f64>], length: usize, range: Range) {
-        if values.len() != length {
-            self.0.push(pointer, format!("{} values where {length} are expected", values.len()));
-            return;
-        }
-        for (i, value) in values.iter().enumerate() {
-            self.one(&format!("{pointer}/{i}"), *value, range);
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Coordinate;
+    use crate::{Coordinate, LoadRatio, MapSamples, Mask};
 
     fn mask() -> Mask {
         Mask::new(Coordinate::ElectricalAngleRad, 360, vec![10, 20, 30]).unwrap()
@@ -204,10 +153,12 @@ mod tests {
             flight_hours: 12.5,
             flight_cycles: None,
             recorded_at: "2026-03-01T12:30:00Z".parse().unwrap(),
-            mask_id: mask().id(),
-            samples: vec![Some(0.07), None, Some(0.08)],
-            load_ratio: Some(LoadRatio::PerSample(vec![Some(0.1), None, Some(0.1)])),
-            sample_noise: Some(0.01),
+            reading: Reading::Samples(MapSamples {
+                mask_id: mask().id(),
+                samples: vec![Some(0.07), None, Some(0.08)],
+                load_ratio: Some(LoadRatio::PerSample(vec![Some(0.1), None, Some(0.1)])),
+                sample_noise: Some(0.01),
+            }),
             strain: None,
             air_data: None,
             temperature_c: None,
@@ -216,26 +167,30 @@ mod tests {
         }
     }
 
+    fn check(upload: &Upload) -> Result<(), Invalid> {
+        upload.check(upload.reading.samples().unwrap().violations(&mask(), 0.0752))
+    }
+
     fn pointers(upload: &Upload) -> Vec<String> {
-        let refused = upload.check(&mask(), 0.0752).unwrap_err();
-        refused.violations.into_iter().map(|v| v.pointer).collect()
+        check(upload).unwrap_err().violations.into_iter().map(|v| v.pointer).collect()
     }
 
     #[test]
     fn a_missing_sample_is_accepted() {
-        assert_eq!(upload().check(&mask(), 0.0752), Ok(()));
-        assert_eq!(upload().valid_samples(), 2);
+        assert_eq!(check(&upload()), Ok(()));
+        assert_eq!(upload().reading.samples().unwrap().valid(), 2);
     }
 
     #[test]
     fn every_violation_names_its_field() {
         let mut bad = upload();
-        bad.samples[2] = Some(f64::NAN);
+        let samples = bad.reading.samples_mut().unwrap();
+        samples.samples[2] = Some(f64::NAN);
+        samples.load_ratio = Some(LoadRatio::PerSample(vec![None, None, Some(f64::INFINITY)]));
         bad.flight_hours = -1.0;
-        bad.load_ratio = Some(LoadRatio::PerSample(vec![None, None, Some(f64::INFINITY)]));
         assert_eq!(pointers(&bad), ["#/flight_hours", "#/samples/2", "#/load_ratio/2", "#/load_ratio/0"]);
         bad = upload();
-        bad.samples.pop();
+        bad.reading.samples_mut().unwrap().samples.pop();
         assert_eq!(pointers(&bad), ["#/samples"]);
     }
 
@@ -243,7 +198,24 @@ mod tests {
     fn content_decides_the_hash() {
         let mut other = upload();
         assert_eq!(other.content_hash(), upload().content_hash());
-        other.samples[0] = Some(0.07_f64.next_up());
+        other.reading.samples_mut().unwrap().samples[0] = Some(0.07_f64.next_up());
         assert_ne!(other.content_hash(), upload().content_hash());
+    }
+
+    /// What is stored of uploads and hashed; it never changes, or all known uploads would be others.
+    #[test]
+    fn samples_and_faults_are_written_among_the_other_fields() {
+        let id = mask().id();
+        let head =
+            r#"{"tail":"EC-MXA","upload_id":"u1","position":"AIL-L","part_number":"EMA-500","serial_number":"0001","#;
+        let hours = r#""flight_hours":12.5,"recorded_at":"2026-03-01T12:30:00Z","#;
+        let samples = r#""samples":[0.07,null,0.08],"load_ratio":[0.1,null,0.1],"sample_noise":0.01}"#;
+        let written = format!(r#"{head}{hours}"mask_id":"{id}",{samples}"#);
+        assert_eq!(serde_json::to_string(&upload()).unwrap(), written);
+        assert_eq!(serde_json::from_str::<Upload>(&written).unwrap(), upload());
+        let faults = r#""faults":{"k1":{"value":0.1,"sigma":0.01},"k2":{"value":1.0}},"temperature_c":5.0}"#;
+        let own = serde_json::from_str::<Upload>(&format!("{head}{hours}{faults}")).unwrap();
+        assert_eq!(own.reading.mask_id(), None);
+        assert_eq!(serde_json::to_string(&own).unwrap(), format!("{head}{hours}{faults}"));
     }
 }

@@ -99,7 +99,7 @@ mod tests {
             },
             forecast: Ok(forecast),
             load: None,
-            mask_id: ContentHash::of(b"mask"),
+            mask_id: Some(ContentHash::of(b"mask")),
             model: ContentHash::of(b"model"),
             prior: ContentHash::of(b"prior"),
             generation: 1,

@@ -211,7 +211,7 @@ mod tests {
             upload_id: format!("u{id:03}").parse().unwrap(),
             flight_hours,
             recorded_at: "2026-01-01T00:00:00Z".parse::<Timestamp>().unwrap().plus_hours(calendar_h),
-            mask_id: ContentHash::of(b"mask"),
+            mask_id: Some(ContentHash::of(b"mask")),
             model: ContentHash::of(b"model"),
             numerics_version: NUMERICS_VERSION,
             measurement: None,

@@ -173,8 +173,9 @@ fn repeated_measurements(estimates: &[Estimate]) -> Vec<SetAside> {
                 upload_id: estimate.upload_id.clone(),
                 reason: SetAsideReason::RepeatedMeasurement,
                 detail: format!(
-                    "the same measurement as upload {known}: equal hours, time, mask and samples. A measurement that is \
-                     sent again keeps its upload_id"
+                    "the same measurement as upload {known}: equal hours, time{}. A measurement that is sent again keeps \
+                     its upload_id",
+                    if estimate.mask_id.is_some() { ", mask and samples" } else { " and faults" }
                 ),
             });
         }

@@ -2,7 +2,8 @@
 
 use diagnosis::Measurement;
 use domain::{
-    ContentHash, Diagnosis, Estimate, HingeLoad, Invalid, Mask, NUMERICS_VERSION, Outcome, SensorConfiguration, Upload,
+    ContentHash, Diagnosis, Estimate, HingeLoad, Invalid, MapSamples, Mask, NUMERICS_VERSION, Outcome, Reading,
+    SensorConfiguration, Upload,
 };
 use reduction::ReductionError;
 
@@ -15,8 +16,11 @@ pub enum EstimateError {
     #[error("mask: {0}")]
     Mask(#[from] ReductionError),
     /// Samples for a bundle that reads none.
-    #[error("the model reads no samples: its uploads bring faults of their own")]
+    #[error("samples: the bundle reads no maps, it takes own diagnoses")]
     NoMaps,
+    /// Its own diagnosis is of other faults than the bundle's, or such as they cannot be.
+    #[error("own diagnosis: {0}")]
+    Faults(Invalid),
     /// The tail's sensor configuration cannot be used.
     #[error("sensor configuration: {0}")]
     Sensors(#[from] Invalid),
@@ -31,31 +35,46 @@ pub enum EstimateError {
 }
 
 impl Model {
-    /// What `upload`, sampled at `mask` and checked against it, says about the health of its actuator
-    /// and, read by the tail's own sensor configuration or by the bundle's, about its load.
+    /// What `upload` says about the health of its actuator and, read by the tail's own sensor configuration or by the
+    /// bundle's, about its load. Its samples were taken at `mask` and checked against it; an own diagnosis needs none.
+    ///
+    /// # Panics
+    /// If it has samples and there is no mask.
     pub fn estimate(
         &self,
         upload: &Upload,
-        mask: &Mask,
+        mask: Option<&Mask>,
         sensors: Option<&SensorConfiguration>,
     ) -> Result<Estimate, EstimateError> {
-        let k_nom = self.bundle.maps().ok_or(EstimateError::NoMaps)?.motor.back_emf_v_s_rad;
-        let samples: Vec<_> = upload.samples.iter().map(|y| y.map(|y| y / k_nom)).collect();
-        let measurement =
-            Measurement { samples: &samples, load_ratio: upload.load_ratio.as_ref(), noise: upload.sample_noise };
-        let outcome = self.diagnose(&measurement, mask)?;
+        let (outcome, measurement) = match &upload.reading {
+            Reading::Samples(reading) => {
+                let mask = mask.expect("samples come with their mask");
+                (self.of_samples(reading, mask)?, ContentHash::of_json(&reading.samples))
+            }
+            Reading::Own { faults } => {
+                let diagnosis = faults.diagnosis(&self.summary()).map_err(EstimateError::Faults)?;
+                (Outcome::Diagnosed(diagnosis), ContentHash::of_json(faults))
+            }
+        };
         Ok(Estimate {
             upload_id: upload.upload_id.clone(),
             flight_hours: upload.flight_hours,
             recorded_at: upload.recorded_at,
-            mask_id: upload.mask_id,
+            mask_id: upload.reading.mask_id(),
             model: self.hash,
             numerics_version: NUMERICS_VERSION,
-            measurement: Some(ContentHash::of_json(&upload.samples)),
+            measurement: Some(measurement),
             outcome,
             load: self.load(upload, sensors)?,
             temperature: self.temperature(upload),
         })
+    }
+
+    fn of_samples(&self, reading: &MapSamples, mask: &Mask) -> Result<Outcome, EstimateError> {
+        let k_nom = self.bundle.maps().ok_or(EstimateError::NoMaps)?.motor.back_emf_v_s_rad;
+        let samples: Vec<_> = reading.samples.iter().map(|y| y.map(|y| y / k_nom)).collect();
+        let (load_ratio, noise) = (reading.load_ratio.as_ref(), reading.sample_noise);
+        self.diagnose(&Measurement { samples: &samples, load_ratio, noise }, mask)
     }
 
     /// What samples at the points of `mask` say about the faults.
@@ -91,7 +110,7 @@ impl Model {
 fn check_finite(diagnosis: &Diagnosis) -> Result<(), EstimateError> {
     let faults = diagnosis.fault_vector.values().iter().map(|value| ("a fault", *value));
     let sigmas = diagnosis.sigma.iter().map(|value| ("the sigma of a fault", *value));
-    let chi_square = [("the chi-square of the residual", diagnosis.chi_square)];
+    let chi_square = diagnosis.fit.iter().map(|fit| ("the chi-square of the residual", fit.chi_square));
     match faults.chain(sigmas).chain(chi_square).find(|(_, value)| !value.is_finite()) {
         None => Ok(()),
         Some((what, value)) => Err(EstimateError::NotFinite { what: what.to_owned(), value }),

@@ -158,7 +158,7 @@ impl Model {
         for map in &known {
             for (input, diagnosis) in self.diagnoses(map)? {
                 squares[input].extend(self.judged(map, input, &diagnosis)?);
-                implausible += usize::from(!diagnosis.plausible);
+                implausible += usize::from(!diagnosis.is_plausible());
                 all += 1;
             }
         }
@@ -383,17 +383,14 @@ impl Model {
             upload_id: format!("rehearsal-{number:04}").parse().expect("a name"),
             flight_hours,
             recorded_at: Timestamp::from_micros(0).plus_hours(3.0 * flight_hours),
-            mask_id: mask.id(),
+            mask_id: Some(mask.id()),
             model: self.hash,
             numerics_version: NUMERICS_VERSION,
             measurement: None,
             outcome: Outcome::Diagnosed(Diagnosis {
                 fault_vector: FaultVector(faults.0.into_iter().zip(&sigma).map(noisy).collect()),
                 sigma,
-                plausible: true,
-                chi_square: 20.0,
-                degrees_of_freedom: 21,
-                load_invariant: true,
+                fit: None,
             }),
             load: None,
             temperature: None,

@@ -10,6 +10,7 @@
 //! content hash, whichever transport it took.
 
 pub mod answer;
+mod brought;
 pub mod grpc;
 pub mod json;
 

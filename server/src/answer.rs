@@ -56,7 +56,7 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         }),
         model: prognosis.map(|prognosis| prognosis.model.to_string()),
         prior: prognosis.map(|prognosis| prognosis.prior.to_string()),
-        mask_id: prognosis.map(|prognosis| prognosis.mask_id.to_string()),
+        mask_id: prognosis.and_then(|prognosis| prognosis.mask_id).map(String::from),
         generation: prognosis.map(|prognosis| prognosis.generation),
         numerics_version: prognosis.map(|prognosis| prognosis.numerics_version),
         code_version: CODE_VERSION.to_owned(),

@@ -23,6 +23,7 @@ use tower_http::catch_panic::CatchPanicLayer;
 use crate::{
     auth::{self, Endpoint, GRPC, Gate, HostName},
     document, grpc,
+    in_service::InService,
     intake::{Budget, messages},
     masks::Masks,
     page, prometheus,
@@ -38,8 +39,14 @@ const DEADLINE: Duration = Duration::from_secs(30);
 pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> Router {
     let hosts: Arc<[HostName]> = state.hosts.clone().into();
     let gate = Arc::new(Gate::new(state.store.clone(), state.clock.clone(), closed));
-    let context =
-        Context { state, budget: Budget::default(), turn: Semaphore::new(1), masks: Masks::default(), stopping };
+    let context = Context {
+        state,
+        budget: Budget::default(),
+        turn: Semaphore::new(1),
+        masks: Masks::default(),
+        in_service: InService::default(),
+        stopping,
+    };
     let shared = Shared::new(context);
     let rest = routes()
         .0

@@ -21,6 +21,7 @@ mod document;
 mod due;
 mod grpc;
 mod history;
+mod in_service;
 mod ingest;
 mod intake;
 mod limits;

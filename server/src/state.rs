@@ -7,7 +7,7 @@ use store::Store;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
-use crate::{auth::HostName, intake::Budget, masks::Masks, prometheus::Metrics, scorer::Scorer};
+use crate::{auth::HostName, in_service::InService, intake::Budget, masks::Masks, prometheus::Metrics, scorer::Scorer};
 
 /// Tells the present.
 pub type Clock = Arc<dyn Fn() -> Timestamp + Send + Sync>;
@@ -48,6 +48,8 @@ pub struct Context {
     pub turn: Semaphore,
     /// Masks that were read before.
     pub masks: Masks,
+    /// The bundle by which new lives are judged.
+    pub in_service: InService,
     /// Cancelled when the service begins to stop: streams end then.
     pub stopping: CancellationToken,
 }

@@ -6,7 +6,8 @@
 use std::time::Instant;
 
 use domain::{
-    Actor, BundleSummary, ContentHash, Coordinate, FaultModel, LoadRatio, Mask, OperatorId, Timestamp, Upload,
+    Actor, BundleSummary, ContentHash, Coordinate, FaultModel, LoadRatio, MapSamples, Mask, OperatorId, Reading,
+    Timestamp, Upload,
 };
 use store::{Options, Store};
 use tokio::task::JoinSet;
@@ -31,10 +32,12 @@ fn upload(round: usize, number: usize) -> Upload {
         flight_hours: (round * UPLOADS + number) as f64 / COMPONENTS as f64,
         flight_cycles: None,
         recorded_at: Timestamp::from_micros(1_772_366_400_000_000 + (round * UPLOADS + number) as i64 * 1_000_000),
-        mask_id: mask().id(),
-        samples: (0..20).map(sample).collect(),
-        load_ratio: Some(LoadRatio::PerSample((0..20).map(sample).collect())),
-        sample_noise: Some(0.01),
+        reading: Reading::Samples(MapSamples {
+            mask_id: mask().id(),
+            samples: (0..20).map(sample).collect(),
+            load_ratio: Some(LoadRatio::PerSample((0..20).map(sample).collect())),
+            sample_noise: Some(0.01),
+        }),
         strain: None,
         air_data: None,
         temperature_c: Some(15.0),

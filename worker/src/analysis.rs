@@ -95,7 +95,7 @@ fn estimate_each(model: &Model, masks: &Masks, unestimated: &[Unestimated]) -> (
 fn estimate(model: &Model, masks: &Masks, waiting: &Unestimated) -> Result<Estimate, SetAside> {
     let Unestimated { upload, received_at, sensor_configuration } = waiting;
     recorded_in_the_past(upload, *received_at)?;
-    let mask = &masks[&upload.mask_id];
+    let mask = upload.reading.mask_id().map(|id| &*masks[&id]);
     let attempt = catch_unwind(AssertUnwindSafe(|| model.estimate(upload, mask, sensor_configuration.as_deref())));
     let (reason, detail) = match attempt {
         Ok(Ok(estimate)) => return Ok(estimate),

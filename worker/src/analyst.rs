@@ -73,7 +73,7 @@ impl Analyst {
         now: Timestamp,
     ) -> Result<(LifeResults, Option<Checkpoint>), WorkerError> {
         let model = self.models.get(&inputs.generation.model).await?;
-        let mask_ids: Vec<_> = inputs.unestimated.iter().map(|one| one.upload.mask_id).collect();
+        let mask_ids: Vec<_> = inputs.unestimated.iter().filter_map(|one| one.upload.reading.mask_id()).collect();
         let masks = self.models.masks(&mask_ids).await?;
         let prior = self.models.prior(&inputs.life.component.operator, &inputs.generation, &model).await?;
         let (reader, read_by) = (model.clone(), prior.clone());

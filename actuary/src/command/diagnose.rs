@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let indices = 0..maps.maps.len();
     let rows: Vec<_> = indices.into_par_iter().map(|index| diagnose(&model, mask, &maps, index, &noise)).collect();
     out.write(|writer| write(writer, &model.bundle().faults.names, &rows))?;
-    let implausible = rows.iter().flatten().filter(|row| !row.plausible).count();
+    let implausible = rows.iter().flatten().filter(|row| !row.is_plausible()).count();
     let none = rows.iter().filter(|row| row.is_none()).count();
     note!("{} maps diagnosed ({implausible} not plausible), {none} could not be", rows.len() - none);
     Ok(())
@@ -123,7 +123,7 @@ fn write(writer: &mut dyn Write, names: &[String], rows: &[Option<Diagnosis>]) -
                 for value in found.fault_vector.values().iter().chain(&found.sigma) {
                     write!(writer, "{value:.8},")?;
                 }
-                writeln!(writer, "{}", found.plausible)?;
+                writeln!(writer, "{}", found.is_plausible())?;
             }
             None => writeln!(writer, "{}false", ",".repeat(header.len()))?,
         }

@@ -1,7 +1,7 @@
 //! Loads of uploads, by the bundle's sensor configuration and by a tail's own.
 
 use airframe::{Flight, FlightSettings, HingeTarget};
-use domain::{Estimate, HingeLoad, LoadSource, Upload};
+use domain::{Estimate, HingeLoad, LoadSource, MapSamples, Reading, Upload};
 use numerics::Stream;
 use pipeline::{Bundle, LoadModel, Model};
 
@@ -36,10 +36,12 @@ fn upload(model: &Model, position: &str, flight: &Flight) -> Upload {
         flight_hours: 12.5,
         flight_cycles: None,
         recorded_at: "2026-03-01T12:30:00Z".parse().unwrap(),
-        mask_id: mask.id(),
-        samples: vec![Some(model.summary().k_nom); mask.len()],
-        load_ratio: None,
-        sample_noise: None,
+        reading: Reading::Samples(MapSamples {
+            mask_id: mask.id(),
+            samples: vec![Some(model.summary().k_nom); mask.len()],
+            load_ratio: None,
+            sample_noise: None,
+        }),
         strain: Some(flight.strain.clone()),
         air_data: Some(flight.air_data.clone()),
         temperature_c: Some(-25.0),
@@ -49,7 +51,7 @@ fn upload(model: &Model, position: &str, flight: &Flight) -> Upload {
 }
 
 fn estimate(model: &Model, upload: &Upload) -> Estimate {
-    model.estimate(upload, &model.bundle().masks()[0], None).unwrap()
+    model.estimate(upload, Some(&model.bundle().masks()[0]), None).unwrap()
 }
 
 fn load(model: &Model, upload: &Upload) -> HingeLoad {
@@ -103,12 +105,12 @@ fn a_tail_is_read_by_its_own_configuration() {
         grating.tare = 50e-6;
         *wavelength = wavelength.map(|nm| nm + 0.78 * 50e-6 * grating.wavelength_nm);
     }
-    let by_own = model.estimate(&upload, &model.bundle().masks()[0], Some(&own)).unwrap().load.unwrap();
+    let by_own = model.estimate(&upload, Some(&model.bundle().masks()[0]), Some(&own)).unwrap().load.unwrap();
     assert_eq!(by_own.sensor_configuration, own.id());
     assert!((by_own.ratio - 1.0).abs() < 0.1, "{by_own:?}");
 
     own.strain_map.pop();
-    let refused = model.estimate(&upload, &model.bundle().masks()[0], Some(&own)).unwrap_err();
+    let refused = model.estimate(&upload, Some(&model.bundle().masks()[0]), Some(&own)).unwrap_err();
     assert!(refused.to_string().contains("#/strain_map"), "{refused}");
 }
 

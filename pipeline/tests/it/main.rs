@@ -4,6 +4,7 @@ mod chains;
 mod loads;
 mod mutants;
 mod outlook;
+mod own_diagnosis;
 mod own_faults;
 mod rehearsal;
 mod training;

@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use domain::{
-    Component, ContentHash, Diagnosis, DoubtKind, Estimate, FaultVector, Life, LoadRatio, Mask, NUMERICS_VERSION,
-    Outcome, Prognosis, SetAsideReason, State, Timestamp, Upload,
+    Component, ContentHash, Diagnosis, DoubtKind, Estimate, FaultVector, Life, LoadRatio, MapFit, MapSamples, Mask,
+    NUMERICS_VERSION, Outcome, Prognosis, Reading, SetAsideReason, State, Timestamp, Upload,
     prognosis::{Forecast, Status},
 };
 use ema::{closed_form, faults::ElectricalFaults};
@@ -46,17 +46,14 @@ fn growing(model: &Model, from: f64, count: u32) -> Vec<Estimate> {
             upload_id: format!("u{i:05}").parse().unwrap(),
             flight_hours,
             recorded_at: "2026-01-01T00:00:00Z".parse::<Timestamp>().unwrap().plus_hours(3.0 * flight_hours),
-            mask_id: model.bundle().masks()[0].id(),
+            mask_id: Some(model.bundle().masks()[0].id()),
             model: model.summary().hash,
             numerics_version: NUMERICS_VERSION,
             measurement: None,
             outcome: Outcome::Diagnosed(Diagnosis {
                 fault_vector: FaultVector(vec![k1.max(0.0), 0.0, 0.0, 0.5, 0.5]),
                 sigma: vec![0.004; 5],
-                plausible: true,
-                chi_square: 20.0,
-                degrees_of_freedom: 21,
-                load_invariant: true,
+                fit: Some(MapFit { plausible: true, chi_square: 20.0, degrees_of_freedom: 21, load_invariant: true }),
             }),
             load: None,
             temperature: None,
@@ -78,10 +75,16 @@ fn upload(mask: &Mask, k_nom: f64, faults: &FaultVector, r: Option<f64>) -> Uplo
         flight_hours: 12.5,
         flight_cycles: None,
         recorded_at: "2026-03-01T12:30:00Z".parse().unwrap(),
-        mask_id: mask.id(),
-        samples: mask.bins().iter().map(|&bin| Some(k_nom * closed_form::back_emf(&electrical, bin, load))).collect(),
-        load_ratio: r.map(|r| LoadRatio::PerSample(vec![Some(r); mask.len()])),
-        sample_noise: Some(0.01),
+        reading: Reading::Samples(MapSamples {
+            mask_id: mask.id(),
+            samples: mask
+                .bins()
+                .iter()
+                .map(|&bin| Some(k_nom * closed_form::back_emf(&electrical, bin, load)))
+                .collect(),
+            load_ratio: r.map(|r| LoadRatio::PerSample(vec![Some(r); mask.len()])),
+            sample_noise: Some(0.01),
+        }),
         strain: None,
         air_data: None,
         temperature_c: None,
@@ -90,8 +93,12 @@ fn upload(mask: &Mask, k_nom: f64, faults: &FaultVector, r: Option<f64>) -> Uplo
     }
 }
 
+fn samples(upload: &mut Upload) -> &mut [Option<f64>] {
+    &mut upload.reading.samples_mut().unwrap().samples
+}
+
 fn diagnosis(model: &Model, upload: &Upload) -> Diagnosis {
-    match model.estimate(upload, &model.bundle().masks()[0], None).unwrap().outcome {
+    match model.estimate(upload, Some(&model.bundle().masks()[0]), None).unwrap().outcome {
         Outcome::Diagnosed(diagnosis) => diagnosis,
         other => panic!("{other:?}"),
     }
@@ -104,8 +111,9 @@ fn samples_of_known_faults_are_diagnosed_with_and_without_load_ratio() {
     let truth = FaultVector(vec![0.12, 0.03, 0.0, 0.55, 0.47]);
     for (r, within) in [(Some(0.1), 0.01), (Some(-0.2), 0.01), (None, 0.03)] {
         let found = diagnosis(&model, &upload(mask, model.summary().k_nom, &truth, r));
-        assert!(found.plausible);
-        assert_eq!(found.load_invariant, r.is_some());
+        let fit = found.fit.as_ref().unwrap();
+        assert!(fit.plausible);
+        assert_eq!(fit.load_invariant, r.is_some());
         for (k, truth) in found.fault_vector.values().iter().zip(truth.values()) {
             assert!((k - truth).abs() < within, "{r:?}: {found:?}");
         }
@@ -122,8 +130,8 @@ fn signals_that_no_motor_gives_are_not_plausible() {
         let truth = FaultVector(vec![faults, 0.0, 0.0, 0.5, 0.5]);
         let mut times = |factor: f64| {
             let mut upload = upload(mask, k_nom, &truth, r);
-            upload.samples.iter_mut().flatten().for_each(|y| *y = factor * *y + 0.01 * k_nom * stream.normal());
-            diagnosis(&model, &upload).plausible
+            samples(&mut upload).iter_mut().flatten().for_each(|y| *y = factor * *y + 0.01 * k_nom * stream.normal());
+            diagnosis(&model, &upload).is_plausible()
         };
         for factor in [0.0, -1.0, std::f64::consts::PI / 30.0, 1.5, 16.0, 1000.0] {
             assert!(!times(factor), "{factor} with {r:?} and {faults}");
@@ -139,15 +147,18 @@ fn missing_samples_cost_certainty_and_too_few_leave_nothing_to_say() {
     let whole = upload(mask, model.summary().k_nom, &FaultVector(vec![0.1, 0.0, 0.0, 0.5, 0.5]), Some(0.1));
     let without = |missing: usize| {
         let mut upload = whole.clone();
-        upload.samples[..missing].fill(None);
+        samples(&mut upload)[..missing].fill(None);
         upload
     };
     let spread = |diagnosis: Diagnosis| diagnosis.sigma.iter().sum::<f64>();
     assert!(spread(diagnosis(&model, &without(2))) > spread(diagnosis(&model, &whole)));
     let needed = model.summary().min_samples;
-    let few = model.estimate(&without(mask.len() - needed + 1), mask, None).unwrap();
+    let few = model.estimate(&without(mask.len() - needed + 1), Some(mask), None).unwrap();
     assert_eq!(few.outcome, Outcome::Undiagnosable { valid_samples: needed - 1, needed });
-    assert!(matches!(model.estimate(&without(mask.len()), mask, None).unwrap().outcome, Outcome::Undiagnosable { .. }));
+    assert!(matches!(
+        model.estimate(&without(mask.len()), Some(mask), None).unwrap().outcome,
+        Outcome::Undiagnosable { .. }
+    ));
 }
 
 #[test]
@@ -171,7 +182,7 @@ fn implausible_estimates_teach_nothing() {
     let mut stranger = estimates[20].clone();
     stranger.upload_id = "stranger".parse().unwrap();
     if let Outcome::Diagnosed(diagnosis) = &mut stranger.outcome {
-        diagnosis.plausible = false;
+        diagnosis.fit.as_mut().unwrap().plausible = false;
         diagnosis.fault_vector = FaultVector(vec![0.9; 5]);
     }
     estimates.insert(21, stranger);
@@ -184,7 +195,7 @@ fn what_is_missing_says_why_uploads_that_were_judged_do_not_count() {
     let mut all = estimates(&model, 9);
     for (i, estimate) in all.iter_mut().enumerate() {
         match &mut estimate.outcome {
-            Outcome::Diagnosed(diagnosis) if i < 4 => diagnosis.plausible = false,
+            Outcome::Diagnosed(diagnosis) if i < 4 => diagnosis.fit.as_mut().unwrap().plausible = false,
             outcome if i < 7 => *outcome = Outcome::Undiagnosable { valid_samples: 3, needed: 11 },
             _ => {}
         }

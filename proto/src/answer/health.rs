@@ -30,7 +30,7 @@ pub struct HealthItem {
     /// The component's hours since new.
     #[schema(example = 1234.5)]
     pub flight_hours: f64,
-    /// When the samples were taken.
+    /// When it was measured.
     #[schema(value_type = String, format = "date-time", example = "2026-03-01T12:30:00Z")]
     pub recorded_at: Timestamp,
     /// Whether the upload could be diagnosed.
@@ -38,21 +38,23 @@ pub struct HealthItem {
     /// Why not.
     #[schema(required, example = json!(null))]
     pub reason: Option<String>,
-    /// Faults by name.
+    /// Faults by name: diagnosed from samples, or as the upload told them.
     #[schema(required)]
     pub fault_vector: Option<BTreeMap<String, FaultEstimate>>,
     /// The actuator's load; null where neither strain nor air data tell it.
     #[schema(required)]
     pub load: Option<HingeLoad>,
-    /// Whether the samples fit any healthy or faulty map; null when undiagnosable. One that does not counts nowhere.
+    /// Whether the samples fit any healthy or faulty map; null when undiagnosable, and of an own diagnosis. One that does
+    /// not counts nowhere.
     #[schema(required, example = true)]
     pub plausible: Option<bool>,
-    /// Whether a load ratio was given, so that the diagnosis does not depend on the load.
+    /// Whether a load ratio was given, so that the diagnosis does not depend on the load; null of an own diagnosis.
     #[schema(required, example = true)]
     pub load_invariant: Option<bool>,
-    /// The mask by which the samples were taken.
-    pub mask_id: String,
-    /// The bundle that judged them.
+    /// The mask by which the samples were taken; null of an own diagnosis.
+    #[schema(required)]
+    pub mask_id: Option<String>,
+    /// The bundle that judged it.
     pub model: String,
     /// Raised only when the numbers may change.
     pub numerics_version: u32,
@@ -79,6 +81,7 @@ impl HealthItem {
                 (Outcome::Undiagnosable, Some(reason), None)
             }
         };
+        let fit = diagnosis.and_then(|diagnosis| diagnosis.fit.as_ref());
         let faults = diagnosis.map(|diagnosis| {
             let values = diagnosis.fault_vector.values().iter().zip(&diagnosis.sigma);
             let entries = values.map(|(&value, &sigma)| FaultEstimate { value, sigma });
@@ -92,9 +95,9 @@ impl HealthItem {
             reason,
             fault_vector: faults,
             load: estimate.load.clone(),
-            plausible: diagnosis.map(|diagnosis| diagnosis.plausible),
-            load_invariant: diagnosis.map(|diagnosis| diagnosis.load_invariant),
-            mask_id: estimate.mask_id.to_string(),
+            plausible: fit.map(|fit| fit.plausible),
+            load_invariant: fit.map(|fit| fit.load_invariant),
+            mask_id: estimate.mask_id.map(String::from),
             model: estimate.model.to_string(),
             numerics_version: estimate.numerics_version,
         }

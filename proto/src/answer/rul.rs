@@ -78,7 +78,7 @@ pub struct RulAnswer {
     /// Hash of the fleet prior.
     #[schema(required)]
     pub prior: Option<String>,
-    /// Mask of the newest upload.
+    /// Mask of the newest upload; null of an own diagnosis.
     #[schema(required)]
     pub mask_id: Option<String>,
     /// Which (bundle, prior) generation of the life.

@@ -1,11 +1,16 @@
 //! Uploads: proto3 has no null, so missing values are listed by index.
 
-use domain::{AirData, Invalid, LoadRatio, PartNumber, Position, SerialNumber, Strain, Timestamp, Upload, UploadId};
+use std::collections::BTreeMap;
 
-use crate::v1;
+use domain::{
+    AirData, Invalid, LoadRatio, MapSamples, OwnDiagnosis, OwnFault, PartNumber, Position, Reading, SerialNumber,
+    Strain, Timestamp, Upload, UploadId, invalid,
+};
+
+use crate::{brought::Brought, v1};
 
 /// The noun, or every field that cannot be one. Ranges and sizes are checked later, against the
-/// mask ([`Upload::check`]).
+/// mask or the bundle ([`Upload::check`]).
 pub fn into_upload(request: v1::UploadRequest) -> Result<Upload, Invalid> {
     let mut invalid = Invalid::default();
     let tail = invalid.check("#/tail", request.tail.parse());
@@ -15,9 +20,15 @@ pub fn into_upload(request: v1::UploadRequest) -> Result<Upload, Invalid> {
     let serial_number = invalid.check("#/serial_number", SerialNumber::admit(&request.serial_number));
     let flight_hours = required(&mut invalid, "#/flight_hours", request.flight_hours);
     let recorded_at = time(&mut invalid, "#/recorded_at", request.recorded_at);
-    let mask_id = invalid.check("#/mask_id", request.mask_id.parse());
-    let load_ratio = load_ratio(&mut invalid, request.load_ratio, &request.missing, request.mean_load_ratio);
-    let samples = with_missing(&mut invalid, "#/missing", request.samples, &request.missing);
+    let has_samples = !(request.samples.is_empty() && request.missing.is_empty());
+    let brought = Brought {
+        mask_id: Some(request.mask_id).filter(|mask_id| !mask_id.is_empty()),
+        load_ratio: load_ratio(&mut invalid, request.load_ratio, &request.missing, request.mean_load_ratio),
+        samples: has_samples.then(|| with_missing(&mut invalid, "#/missing", request.samples, &request.missing)),
+        sample_noise: request.sample_noise,
+        faults: into_faults(&mut invalid, request.faults),
+    };
+    let reading = brought.into_reading(&mut invalid);
     let strain = request.strain.map(|strain| into_strain(&mut invalid, strain));
     let air_data = request.air_data.map(|air| into_air_data(&mut invalid, &air));
     let upload = (|| {
@@ -30,10 +41,7 @@ pub fn into_upload(request: v1::UploadRequest) -> Result<Upload, Invalid> {
             flight_hours: flight_hours?,
             flight_cycles: request.flight_cycles,
             recorded_at: recorded_at?,
-            mask_id: mask_id?,
-            samples,
-            load_ratio,
-            sample_noise: request.sample_noise,
+            reading: reading?,
             strain,
             air_data: air_data.flatten(),
             temperature_c: request.temperature_c,
@@ -89,6 +97,17 @@ fn load_ratio(invalid: &mut Invalid, list: Vec<f64>, missing: &[u32], mean: Opti
     }
 }
 
+/// A map is absent when it is empty; a fault without a value is told, and left out.
+fn into_faults(invalid: &mut Invalid, faults: BTreeMap<String, v1::OwnFault>) -> Option<OwnDiagnosis> {
+    let is_given = !faults.is_empty();
+    let faults = faults.into_iter().filter_map(|(name, v1::OwnFault { value, sigma })| {
+        let value = required(invalid, &format!("#/faults/{}/value", invalid::step(&name)), value)?;
+        Some((name, OwnFault { value, sigma }))
+    });
+    let faults: OwnDiagnosis = faults.collect();
+    is_given.then_some(faults)
+}
+
 fn into_strain(invalid: &mut Invalid, strain: v1::Strain) -> Strain {
     let temperature = strain.temperature_wavelengths_nm;
     Strain {
@@ -121,11 +140,9 @@ fn into_air_data(invalid: &mut Invalid, air: &v1::AirData) -> Option<AirData> {
 
 /// The request that carries `upload`. A load ratio of a missing sample is not transmitted.
 pub fn from_upload(upload: Upload) -> v1::UploadRequest {
-    let (samples, missing) = listed(upload.samples);
-    let (load_ratio, mean_load_ratio) = match upload.load_ratio {
-        Some(LoadRatio::PerSample(list)) => (listed(list).0, None),
-        Some(LoadRatio::Mean(mean)) => (Vec::new(), Some(mean)),
-        None => (Vec::new(), None),
+    let request = match upload.reading {
+        Reading::Samples(samples) => from_samples(samples),
+        Reading::Own { faults } => v1::UploadRequest { faults: from_faults(faults), ..v1::UploadRequest::default() },
     };
     v1::UploadRequest {
         tail: upload.tail.into(),
@@ -136,18 +153,29 @@ pub fn from_upload(upload: Upload) -> v1::UploadRequest {
         flight_hours: Some(upload.flight_hours),
         flight_cycles: upload.flight_cycles,
         recorded_at: Some(timestamp(upload.recorded_at)),
-        mask_id: upload.mask_id.into(),
-        samples,
-        missing,
-        load_ratio,
-        mean_load_ratio,
-        sample_noise: upload.sample_noise,
         strain: upload.strain.map(from_strain),
         air_data: upload.air_data.map(from_air_data),
         temperature_c: upload.temperature_c,
         winding_temperature_c: upload.winding_temperature_c,
         on_ground: upload.on_ground,
+        ..request
     }
+}
+
+fn from_samples(reading: MapSamples) -> v1::UploadRequest {
+    let (samples, missing) = listed(reading.samples);
+    let (load_ratio, mean_load_ratio) = match reading.load_ratio {
+        Some(LoadRatio::PerSample(list)) => (listed(list).0, None),
+        Some(LoadRatio::Mean(mean)) => (Vec::new(), Some(mean)),
+        None => (Vec::new(), None),
+    };
+    let (mask_id, sample_noise) = (reading.mask_id.into(), reading.sample_noise);
+    v1::UploadRequest { mask_id, samples, missing, load_ratio, mean_load_ratio, sample_noise, ..Default::default() }
+}
+
+fn from_faults(faults: OwnDiagnosis) -> BTreeMap<String, v1::OwnFault> {
+    let faults = faults.into_iter();
+    faults.map(|(name, OwnFault { value, sigma })| (name, v1::OwnFault { value: Some(value), sigma })).collect()
 }
 
 fn from_strain(strain: Strain) -> v1::Strain {
@@ -228,6 +256,7 @@ mod tests {
             temperature_c: Some(-55.0),
             winding_temperature_c: Some(80.5),
             on_ground: Some(false),
+            faults: BTreeMap::new(),
         }
     }
 
@@ -256,7 +285,7 @@ mod tests {
     #[test]
     fn a_mean_load_ratio_is_a_number_in_json() {
         let mut upload = into_upload(request()).unwrap();
-        upload.load_ratio = Some(LoadRatio::Mean(1.0));
+        upload.reading.samples_mut().unwrap().load_ratio = Some(LoadRatio::Mean(1.0));
         assert_eq!(into_upload(from_upload(upload.clone())), Ok(upload.clone()));
         let json = EVERY_FIELD.replace("[0.1,null,-0.1]", "1");
         let body: UploadBody = json::parse(json.as_bytes()).unwrap();
@@ -277,12 +306,80 @@ mod tests {
             "#/tail",
             "#/flight_hours",
             "#/recorded_at",
-            "#/mask_id",
             "#/mean_load_ratio",
             "#/missing/1",
+            "#/mask_id",
             "#/air_data/flap_rad",
         ];
         assert_eq!(pointers(bad), expected);
+    }
+
+    /// The good upload with an own diagnosis in the place of its samples, over both transports.
+    fn own() -> (serde_json::Value, v1::UploadRequest) {
+        let mut json: serde_json::Value = serde_json::from_str(EVERY_FIELD).unwrap();
+        let body = json.as_object_mut().unwrap();
+        ["mask_id", "samples", "load_ratio", "sample_noise"].into_iter().for_each(|field| drop(body.remove(field)));
+        body.insert(
+            "faults".into(),
+            serde_json::json!({"k1": {"value": 0.1, "sigma": 0.02}, "crack": {"value": 12.0}}),
+        );
+        let faults = [("k1", Some(0.1), Some(0.02)), ("crack", Some(12.0), None)];
+        let faults = faults.map(|(name, value, sigma)| (name.to_owned(), v1::OwnFault { value, sigma }));
+        let without = v1::UploadRequest {
+            mask_id: String::new(),
+            samples: Vec::new(),
+            missing: Vec::new(),
+            load_ratio: Vec::new(),
+            sample_noise: None,
+            faults: faults.into(),
+            ..request()
+        };
+        (json, without)
+    }
+
+    fn over_json(body: &serde_json::Value) -> Result<Upload, Invalid> {
+        json::parse::<UploadBody>(body.to_string().as_bytes()).unwrap().into_upload("EC-MXA".parse().unwrap())
+    }
+
+    #[test]
+    fn an_own_diagnosis_is_the_same_over_both_transports_and_back() {
+        let (body, request) = own();
+        let upload = over_json(&body).unwrap();
+        assert_eq!(into_upload(request.clone()), Ok(upload.clone()));
+        assert_eq!(from_upload(upload.clone()).faults, request.faults);
+        assert_eq!(over_json(&serde_json::to_value(UploadBody::from(upload.clone())).unwrap()), Ok(upload));
+    }
+
+    #[test]
+    fn an_upload_brings_samples_or_an_own_diagnosis() {
+        let told = |outcome: Result<Upload, Invalid>| -> Vec<String> {
+            outcome.unwrap_err().violations.into_iter().map(|v| v.pointer).collect()
+        };
+        let (mut body, mut request) = own();
+        body["mask_id"] = "0".repeat(64).into();
+        body["load_ratio"] = 0.1.into();
+        body["sample_noise"] = 0.01.into();
+        (request.mask_id, request.mean_load_ratio, request.sample_noise) = ("0".repeat(64), Some(0.1), Some(0.01));
+        let of_samples = ["#/mask_id", "#/load_ratio", "#/sample_noise"];
+        assert_eq!(
+            (told(over_json(&body)), told(into_upload(request.clone()))),
+            (of_samples.map(Into::into).into(), pointers(request.clone()))
+        );
+        (body["samples"], request.samples) = (serde_json::json!([]), vec![0.07]);
+        assert_eq!(
+            (told(over_json(&body)), pointers(request.clone())),
+            (vec!["#/faults".into()], vec!["#/faults".into()])
+        );
+        body.as_object_mut().unwrap().retain(|field, _| field != "samples" && field != "faults");
+        (request.samples, request.faults) = Default::default();
+        assert_eq!((told(over_json(&body)), pointers(request)), (vec!["#/samples".into()], vec!["#/samples".into()]));
+    }
+
+    #[test]
+    fn a_fault_without_a_value_is_named() {
+        let (_, mut request) = own();
+        request.faults.insert("k/2".into(), v1::OwnFault { value: None, sigma: Some(0.1) });
+        assert_eq!(pointers(request), ["#/faults/k~12/value"]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use domain::{
     Invalid,
+    invalid::step,
     json::{Strict, without_mark},
 };
 use serde::de::DeserializeOwned;
@@ -38,7 +39,7 @@ fn refusal(path: &Path, error: &serde_json::Error) -> BodyError {
         Category::Data => {
             if let Some(field) = named_field(&message) {
                 pointer.push('/');
-                pointer.push_str(&escape(field));
+                pointer.push_str(&step(field));
             }
             BodyError::Invalid(Invalid::one(pointer, message))
         }
@@ -56,35 +57,17 @@ fn named_field(message: &str) -> Option<&str> {
 fn pointer(path: &Path) -> String {
     let mut pointer = String::from("#");
     for segment in path {
-        let step = match segment {
+        let name = match segment {
             Segment::Seq { index } => index.to_string(),
-            Segment::Map { key } => escape(key),
-            Segment::Enum { variant } => escape(variant),
+            Segment::Map { key } => step(key),
+            Segment::Enum { variant } => step(variant),
             // Reading stopped between fields.
             Segment::Unknown => continue,
         };
         pointer.push('/');
-        pointer.push_str(&step);
+        pointer.push_str(&name);
     }
     pointer
-}
-
-/// A key as one step of a pointer in a URI fragment, cut at 64 characters.
-fn escape(key: &str) -> String {
-    let mut step = String::new();
-    for c in key.chars().take(64) {
-        match c {
-            '~' => step.push_str("~0"),
-            '/' => step.push_str("~1"),
-            c if c.is_ascii_alphanumeric() || "-._".contains(c) => step.push(c),
-            c => {
-                for byte in c.encode_utf8(&mut [0; 4]).bytes() {
-                    step.push_str(&format!("%{byte:02X}"));
-                }
-            }
-        }
-    }
-    step
 }
 
 #[cfg(test)]

@@ -3,16 +3,17 @@
 use std::ops::RangeInclusive;
 
 use domain::{
-    AirData, Invalid, LoadRatio, PartNumber, Position, SerialNumber, SetAsideReason, Strain, TailNumber, Timestamp,
-    Upload, UploadId, UploadStateKind,
+    AirData, Invalid, LoadRatio, MapSamples, OwnDiagnosis, OwnFault, PartNumber, Position, Reading, SerialNumber,
+    SetAsideReason, Strain, TailNumber, Timestamp, Upload, UploadId, UploadStateKind,
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{Problem, WarningItem};
-use crate::answer::HealthItem;
+use crate::{answer::HealthItem, brought::Brought};
 
-/// What an aircraft knows of one actuator after one flight. Unknown fields are refused.
+/// What an aircraft knows of one actuator after one flight: either `samples` with the `mask_id` by which they were taken,
+/// or an own diagnosis as `faults`. Unknown fields are refused.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UploadBody {
@@ -35,22 +36,29 @@ pub struct UploadBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(maximum = 10000000)]
     pub flight_cycles: Option<u64>,
-    /// When the samples were taken, RFC 3339 with an offset; kept to the microsecond.
+    /// When it was measured, RFC 3339 with an offset; kept to the microsecond.
     #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
     pub recorded_at: String,
-    /// The mask by which they were taken.
+    /// The mask by which samples were taken; needed with them, and given with nothing else.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(pattern = "^[0-9a-f]{64}$")]
-    pub mask_id: String,
+    pub mask_id: Option<String>,
     /// Back-EMF samples in the order of the mask's points, V s/rad; null where no pass gave one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = json!([0.0751, 0.0749, null, 0.0752]))]
-    pub samples: Vec<Option<f64>>,
-    /// Load ratio r = R i/(k w): one per sample, or the mean of the map.
+    pub samples: Option<Vec<Option<f64>>>,
+    /// Load ratio r = R i/(k w), with samples only: one per sample, or the mean of the map.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load_ratio: Option<LoadRatio>,
-    /// Standard deviation of one sample, in units of the nominal back-EMF constant.
+    /// Standard deviation of one sample, in units of the nominal back-EMF constant; with samples only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1)]
     pub sample_noise: Option<f64>,
+    /// An own diagnosis instead of samples: every fault of the bundle in service by its name, each once. Values are in [0, 1]
+    /// and each has a sigma, unless the bundle is one of own faults.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<BTreeMap<String, OwnFault>>, example = json!(null))]
+    pub faults: Option<OwnDiagnosis>,
     /// Wing strain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strain: Option<Strain>,
@@ -72,7 +80,7 @@ pub struct UploadBody {
 
 impl UploadBody {
     /// The noun, or every name and time that cannot be one. Ranges and sizes are checked later,
-    /// against the mask ([`Upload::check`]).
+    /// against the mask or the bundle ([`Upload::check`]).
     pub fn into_upload(self, tail: TailNumber) -> Result<Upload, Invalid> {
         let mut invalid = Invalid::default();
         let upload_id = invalid.check("#/upload_id", UploadId::admit(&self.upload_id));
@@ -80,7 +88,8 @@ impl UploadBody {
         let part_number = invalid.check("#/part_number", PartNumber::admit(&self.part_number));
         let serial_number = invalid.check("#/serial_number", SerialNumber::admit(&self.serial_number));
         let recorded_at = invalid.check("#/recorded_at", self.recorded_at.parse::<Timestamp>());
-        let mask_id = invalid.check("#/mask_id", self.mask_id.parse());
+        let Self { mask_id, samples, load_ratio, sample_noise, faults, .. } = self;
+        let reading = Brought { mask_id, samples, load_ratio, sample_noise, faults }.into_reading(&mut invalid);
         let upload = (|| {
             Some(Upload {
                 tail,
@@ -91,10 +100,7 @@ impl UploadBody {
                 flight_hours: self.flight_hours,
                 flight_cycles: self.flight_cycles,
                 recorded_at: recorded_at?,
-                mask_id: mask_id?,
-                samples: self.samples,
-                load_ratio: self.load_ratio,
-                sample_noise: self.sample_noise,
+                reading: reading?,
                 strain: self.strain,
                 air_data: self.air_data,
                 temperature_c: self.temperature_c,
@@ -108,6 +114,16 @@ impl UploadBody {
 
 impl From<Upload> for UploadBody {
     fn from(upload: Upload) -> Self {
+        let (samples, faults) = match upload.reading {
+            Reading::Samples(samples) => (Some(samples), None),
+            Reading::Own { faults } => (None, Some(faults)),
+        };
+        let (mask_id, samples, load_ratio, sample_noise) = match samples {
+            Some(MapSamples { mask_id, samples, load_ratio, sample_noise }) => {
+                (Some(mask_id.into()), Some(samples), load_ratio, sample_noise)
+            }
+            None => (None, None, None, None),
+        };
         Self {
             upload_id: upload.upload_id.into(),
             position: upload.position.into(),
@@ -116,10 +132,11 @@ impl From<Upload> for UploadBody {
             flight_hours: upload.flight_hours,
             flight_cycles: upload.flight_cycles,
             recorded_at: upload.recorded_at.into(),
-            mask_id: upload.mask_id.into(),
-            samples: upload.samples,
-            load_ratio: upload.load_ratio,
-            sample_noise: upload.sample_noise,
+            mask_id,
+            samples,
+            load_ratio,
+            sample_noise,
+            faults,
             strain: upload.strain,
             air_data: upload.air_data,
             temperature_c: upload.temperature_c,
@@ -258,7 +275,7 @@ pub struct UploadStatusBody {
     /// The component's hours since new.
     #[schema(example = 1234.5)]
     pub flight_hours: f64,
-    /// When the samples were taken.
+    /// When it was measured.
     #[schema(format = "date-time", example = "2026-03-01T12:30:00Z")]
     pub recorded_at: String,
     /// When it was stored.

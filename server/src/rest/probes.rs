@@ -114,7 +114,7 @@ fn not_ready(error: StoreError) -> Refusal {
 
 async fn has_active_bundle(store: &Store) -> Result<bool, StoreError> {
     store.ping().await?;
-    Ok(store.bundles().await?.iter().any(|bundle| bundle.active))
+    Ok(store.active_bundle().await?.is_some())
 }
 
 /// What is running.

@@ -10,8 +10,8 @@ use std::{
 
 use domain::{
     Actor, AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Doubt, DoubtKind, Ensemble, Estimate, Explanation,
-    FaultModel, FaultTrend, FaultVector, HingeLoad, LoadSource, Mask, NUMERICS_VERSION, Outcome, PastCoverage,
-    Prognosis, Propagation, RulDistribution, Scope, SetAside, Timestamp, Token, Upload,
+    FaultModel, FaultTrend, FaultVector, HingeLoad, LoadSource, MapFit, MapSamples, Mask, NUMERICS_VERSION, Outcome,
+    PastCoverage, Prognosis, Propagation, RulDistribution, Scope, SetAside, Timestamp, Token, Upload,
     explanation::{Driver, Growth, GrowthChange, Shift, Surprise},
     prognosis::{Forecast, InsufficientHistory},
     scoreboard::{AtRul, Coverage, Horizons, LifeHorizons, RulBin, Scoreboard},
@@ -356,22 +356,24 @@ fn results(
 }
 
 fn estimate(upload: &Upload, inputs: &LifeInputs) -> Estimate {
-    let outcome = match upload.valid_samples() {
-        0..2 => Outcome::Undiagnosable { valid_samples: upload.valid_samples(), needed: 2 },
-        _ => Outcome::Diagnosed(Diagnosis {
+    let outcome = match upload.reading.samples().map(MapSamples::valid) {
+        Some(valid_samples @ 0..2) => Outcome::Undiagnosable { valid_samples, needed: 2 },
+        samples => Outcome::Diagnosed(Diagnosis {
             fault_vector: FaultVector(vec![0.01, 0.02, 0.03, 0.52, 0.49]),
             sigma: vec![0.001; 5],
-            plausible: true,
-            chi_square: 1.5,
-            degrees_of_freedom: 2,
-            load_invariant: true,
+            fit: samples.map(|_| MapFit {
+                plausible: true,
+                chi_square: 1.5,
+                degrees_of_freedom: 2,
+                load_invariant: true,
+            }),
         }),
     };
     Estimate {
         upload_id: upload.upload_id.clone(),
         flight_hours: upload.flight_hours,
         recorded_at: upload.recorded_at,
-        mask_id: upload.mask_id,
+        mask_id: upload.reading.mask_id(),
         model: inputs.generation.model,
         numerics_version: NUMERICS_VERSION,
         measurement: None,

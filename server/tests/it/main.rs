@@ -17,6 +17,7 @@ mod interface;
 mod log;
 mod maintenance;
 mod neighbours;
+mod own_diagnoses;
 mod pages;
 mod secrets;
 mod stop;

@@ -28,6 +28,11 @@ impl Store {
         backend!(self, model_use())
     }
 
+    /// The bundle by which new lives are judged, if there is one.
+    pub async fn active_bundle(&self) -> Result<Option<BundleSummary>, StoreError> {
+        backend!(self, active_bundle())
+    }
+
     /// All bundles, the oldest first.
     pub async fn bundles(&self) -> Result<Vec<BundleRecord>, StoreError> {
         backend!(self, bundles())

@@ -22,7 +22,8 @@ fn life(model: &Model) -> Vec<Upload> {
         // Weaker all over: half of every winding and more will be gone soon, which keeps the draws short.
         let wear = 0.72 - 0.005 * index as f64;
         let k_nom = model.summary().k_nom;
-        upload.samples = (0..mask.len()).map(|_| Some(k_nom * (wear + 0.01 * stream.normal()))).collect();
+        upload.reading.samples_mut().unwrap().samples =
+            (0..mask.len()).map(|_| Some(k_nom * (wear + 0.01 * stream.normal()))).collect();
     }
     uploads[7].flight_hours += 3000.0;
     uploads

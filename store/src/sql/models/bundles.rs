@@ -52,6 +52,10 @@ impl Engine {
         rows.into_iter().map(BundleRow::record).collect()
     }
 
+    pub(crate) async fn active_bundle(&self) -> Result<Option<BundleSummary>, StoreError> {
+        active(&mut *self.read_all().await?).await
+    }
+
     pub(crate) async fn bundle_body(&self, hash: &ContentHash) -> Result<Option<Vec<u8>>, StoreError> {
         let sql = "select body from bundles where hash = $1";
         let body: Option<Vec<u8>> =

@@ -5,7 +5,7 @@ use tokio::task::JoinSet;
 
 use crate::fixture::{
     Backend::{self, *},
-    Database, bundle, day, drain, estimate, lease, life_inputs, operator, results, set_aside, upload,
+    Database, bundle, day, drain, estimate, lease, life_inputs, operator, results, samples, set_aside, upload,
 };
 
 #[test_case(Sqlite; "sqlite")]
@@ -15,7 +15,7 @@ async fn a_name_is_taken_for_ever_and_its_content_decides(backend: Backend) {
     let database = Database::new(backend);
     let store = database.ready().await;
     let first = upload("u1", "0001");
-    let other = Upload { samples: vec![Some(0.0713), None, Some(0.3)], ..first.clone() };
+    let other = Upload { reading: samples(vec![Some(0.0713), None, Some(0.3)]), ..first.clone() };
     let elsewhere = upload("u1", "0002");
     assert_eq!(store.accept(&operator(), first.clone(), day(0.0)).await.unwrap(), Receipt::Accepted);
     assert_eq!(store.accept(&operator(), first.clone(), day(1.0)).await.unwrap(), Receipt::Duplicate);
@@ -148,7 +148,7 @@ async fn a_full_queue_refuses_and_loses_nothing(backend: Backend) {
 async fn what_would_not_read_back_equal_is_refused(backend: Backend) {
     let database = Database::new(backend);
     let store = database.ready().await;
-    let not_a_number = Upload { samples: vec![Some(f64::NAN), None, None], ..upload("u1", "0001") };
+    let not_a_number = Upload { reading: samples(vec![Some(f64::NAN), None, None]), ..upload("u1", "0001") };
     let refused = store.accept(&operator(), not_a_number, day(0.0)).await;
     assert!(matches!(refused, Err(StoreError::Unrepresentable { .. })), "{refused:?}");
     assert_eq!(store.pending().await.unwrap(), 0);

@@ -148,7 +148,7 @@ impl Inhabitant {
     async fn fly(&self, service: &Service, tail: usize, number: usize) {
         let mut body = upload(self.names, tail, number);
         let wear = if self.operator == Owner::Alpha { 1.0 } else { 0.98 };
-        body.samples.iter_mut().flatten().for_each(|sample| *sample *= wear);
+        body.samples.iter_mut().flatten().flatten().for_each(|sample| *sample *= wear);
         let upload = body.into_upload(self.names.tail(tail).parse().expect("a tail")).expect("an upload");
         service.store().accept(&self.operator.operator(), upload, now()).await.expect("stored");
     }
@@ -193,10 +193,11 @@ pub fn upload(owner: Owner, tail: usize, number: usize) -> UploadBody {
         flight_hours,
         flight_cycles: None,
         recorded_at: now().plus_hours(-400.0 + 12.0 * number as f64).to_string(),
-        mask_id: mask.id().to_string(),
-        samples: vec![Some(0.7 * bundle.summary().k_nom); mask.len()],
+        mask_id: Some(mask.id().to_string()),
+        samples: Some(vec![Some(0.7 * bundle.summary().k_nom); mask.len()]),
         load_ratio: None,
         sample_noise: Some(0.01),
+        faults: None,
         strain: None,
         air_data: None,
         temperature_c: None,

@@ -6,7 +6,9 @@
 //! leave an operator carries its word ([`word`]).
 
 use airframe::{Flight, FlightSettings, Layout, reference::reference_configuration};
-use domain::{LoadRatio, Mask, Position, SensorConfiguration, SerialNumber, TailNumber, Timestamp, Upload};
+use domain::{
+    LoadRatio, MapSamples, Mask, Position, Reading, SensorConfiguration, SerialNumber, TailNumber, Timestamp, Upload,
+};
 use ema::{faults::ElectricalFaults, motor::Motor};
 use numerics::Stream;
 use proto::json::{MaintenanceBody, MaintenanceKind};
@@ -142,10 +144,12 @@ impl<'a> Teller<'a> {
             flight_hours: unit.flight_hours,
             flight_cycles: Some(unit.uploads as u64),
             recorded_at: at,
-            mask_id: self.mask.id(),
-            samples: reading.samples,
-            load_ratio: Some(reading.load_ratio),
-            sample_noise: Some(0.01),
+            reading: Reading::Samples(MapSamples {
+                mask_id: self.mask.id(),
+                samples: reading.samples,
+                load_ratio: Some(reading.load_ratio),
+                sample_noise: Some(0.01),
+            }),
             strain: flight.as_ref().map(|flight| flight.strain.clone()),
             air_data: flight.as_ref().map(|flight| flight.air_data.clone()),
             temperature_c: Some(12.5),
@@ -163,15 +167,16 @@ impl<'a> Teller<'a> {
             1 => upload.recorded_at = upload.recorded_at.plus_hours(24.0 * 2000.0),
             // Hardly any sample.
             2 => {
-                for i in 3..upload.samples.len() {
-                    upload.samples[i] = None;
-                    if let Some(LoadRatio::PerSample(ratios)) = &mut upload.load_ratio {
+                let reading = upload.reading.samples_mut().expect("simulated uploads bring samples");
+                for i in 3..reading.samples.len() {
+                    reading.samples[i] = None;
+                    if let Some(LoadRatio::PerSample(ratios)) = &mut reading.load_ratio {
                         ratios[i] = None;
                     }
                 }
             }
             // No load: the other diagnosis serves.
-            3 => upload.load_ratio = None,
+            3 => upload.reading.samples_mut().expect("simulated uploads bring samples").load_ratio = None,
             // Somebody else's place.
             _ => (upload.tail, upload.position) = self.dice.pick(&self.places).clone(),
         }

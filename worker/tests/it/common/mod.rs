@@ -2,7 +2,7 @@
 
 use std::{num::NonZeroUsize, sync::Arc, time::Duration};
 
-use domain::{Actor, Mask, Timestamp, Upload};
+use domain::{Actor, MapSamples, Mask, Reading, Timestamp, Upload};
 use pipeline::Model;
 use store::{Options, Store};
 use tokio_util::sync::CancellationToken;
@@ -41,10 +41,12 @@ pub fn upload(model: &Model, mask: &Mask, index: u32) -> Upload {
         flight_hours,
         flight_cycles: None,
         recorded_at: start().plus_hours(3.0 * flight_hours),
-        mask_id: mask.id(),
-        samples: vec![Some(model.summary().k_nom); mask.len()],
-        load_ratio: None,
-        sample_noise: None,
+        reading: Reading::Samples(MapSamples {
+            mask_id: mask.id(),
+            samples: vec![Some(model.summary().k_nom); mask.len()],
+            load_ratio: None,
+            sample_noise: None,
+        }),
         strain: None,
         air_data: None,
         temperature_c: None,
