@@ -53,7 +53,7 @@ async fn the_integrators_page_can_be_pasted_into_a_shell() {
     let (rest, grpc) = page.split_once("## 5.").expect("REST comes first, gRPC is section 5");
 
     let said = bash(folder.path(), &script(rest));
-    assert_eq!(said.matches(r#""status":"accepted""#).count(), 5, "two uploads and a backlog of three: {said}");
+    assert_eq!(said.matches(r#""status":"accepted""#).count(), 6, "three uploads and a backlog of three: {said}");
     assert!(said.contains(r#""hinge_moment_nm""#), "the load of the upload with strain: {said}");
     assert!(said.contains("insufficient_history"), "{said}");
     assert!(said.contains(r##""pointer":"#/flight_hours""##), "the refusal names the field: {said}");
