@@ -17,6 +17,7 @@ mod matrix;
 mod operations;
 mod order;
 mod outages;
+mod own_diagnoses;
 mod processes;
 mod recorded_lives;
 mod simulation;

@@ -14,6 +14,7 @@ mod lives;
 mod maintenance;
 mod models;
 mod order;
+mod own_diagnoses;
 mod priors;
 mod queue;
 mod rebuild;
