@@ -1,12 +1,14 @@
 //! Priors of parts of a fleet, on lives drawn from fleets that are known.
 
-use crate::simulated::{Growth, STEP_FH, observe};
+use std::borrow::Cow;
+
+use crate::simulated::{self, STEP_FH, observe};
 use domain::FaultModel;
 use evaluation::backtest::{ReplaySettings, Run, RunScore, replay, scoreboard};
 use numerics::Stream;
 use prognosis::{
-    Boundary, EndedLife, Ending, FailureTimeError, FleetPrior, LifePrior, NoHistory, PredictionSettings, Rbg,
-    learn_from_ended,
+    Boundary, EndedLife, Ending, Estimator, FailureTimeError, FleetPrior, Growth, LifePrior, Mixture, NoHistory,
+    PredictionSettings, Rbg, Similarity, learn_from_ended,
 };
 use rayon::prelude::*;
 
@@ -45,7 +47,7 @@ fn mean_rate_per_h(prior: &FleetPrior) -> f64 {
 fn lives(prior: &FleetPrior, seed: u64, count: u64) -> Vec<EndedLife> {
     let life = |index| {
         let mut random = Stream::new(seed, &["hierarchy"]).substream(index);
-        let path = Growth::draw(prior, &mut random).path(8000.0, &mut random);
+        let path = simulated::Growth::draw(prior, &mut random).path(8000.0, &mut random);
         let failed = path.iter().position(|x| 8.0 * x.iter().map(|x| x.abs()).sum::<f64>() >= 1.0)?;
         let observations = observe(&path[..=failed], 0.2, &mut random);
         Some(EndedLife { observations, end_fh: failed as f64 * STEP_FH, ending: Ending::Failed })
@@ -89,13 +91,12 @@ fn neither_the_order_of_the_lives_nor_threads_matter() {
 }
 
 /// Mean CRPS over lives that nobody learned from, flight hours.
-fn crps_fh(prior: &FleetPrior, lives: &[EndedLife]) -> f64 {
-    let (model, prediction) = (FaultModel::electrical(), PredictionSettings { draws: 200, horizon_fh: 8000.0 });
+fn crps_fh(estimator: &dyn Estimator, lives: &[EndedLife]) -> f64 {
+    let prediction = PredictionSettings { draws: 200, horizon_fh: 8000.0 };
     let settings = ReplaySettings { every_fh: 200.0, prediction, seed: 1 };
-    let estimator = Rbg { model: &model, prior, boundary: &Sum };
     let score = |(index, life): (usize, &EndedLife)| {
         let run = Run { id: index.to_string(), observations: life.observations.clone(), failure_fh: Some(life.end_fh) };
-        replay(&run, &estimator, &settings).score.expect("a known failure")
+        replay(&run, estimator, &settings).score.expect("a known failure")
     };
     let scores: Vec<RunScore> = lives.par_iter().enumerate().map(score).collect();
     scoreboard(&scores.iter().collect::<Vec<_>>()).crps_fh.expect("predictions")
@@ -104,7 +105,76 @@ fn crps_fh(prior: &FleetPrior, lives: &[EndedLife]) -> f64 {
 #[test]
 fn slow_few_lives_of_an_unusual_part_predict_others_of_it_better_than_the_parent_does() {
     let (own, held_out) = (lives(&fast(), 5, 15), lives(&fast(), 6, 100));
-    let [by_parent, by_part] = [parent(), learn(&own).unwrap().first().clone()].map(|prior| crps_fh(&prior, &held_out));
+    let model = FaultModel::electrical();
+    let [by_parent, by_part] = [parent(), learn(&own).unwrap().first().clone()]
+        .map(|prior| crps_fh(&Rbg { model: &model, prior: &prior, boundary: &Sum }, &held_out));
     println!("CRPS {by_parent:.1} h by the parent, {by_part:.1} h by the part");
     assert!(by_part < 0.97 * by_parent, "{by_part} and {by_parent}");
+}
+
+/// Everything that a prior holds, as an estimator.
+fn mixture<'a>(prior: &'a LifePrior, model: &'a FaultModel) -> Mixture<'a> {
+    let companions = prior.companions.as_ref().expect("lives that failed");
+    let members: [Box<dyn Estimator + 'a>; 3] = [
+        Box::new(Growth { model, laws: Cow::Borrowed(&prior.growth), boundary: &Sum }),
+        Box::new(Similarity { lives: Cow::Borrowed(&companions.similar), model, boundary: &Sum }),
+        Box::new(companions.climatology.clone()),
+    ];
+    Mixture {
+        members: companions.stacked.weights.iter().copied().zip(members).collect(),
+        recalibration: companions.stacked.recalibration.clone(),
+    }
+}
+
+/// Lives of a fleet which end for a reason that no fault tells of, at 800 hours or so.
+fn cut_short(lives: Vec<EndedLife>) -> Vec<EndedLife> {
+    let cut = |(index, mut life): (usize, EndedLife)| {
+        life.end_fh = life.end_fh.min(800.0 + 30.0 * Stream::new(8, &[&index.to_string()]).normal());
+        life.observations.retain(|seen| seen.t_fh < life.end_fh);
+        life
+    };
+    lives.into_iter().enumerate().map(cut).filter(|life| life.observations.len() > 20).collect()
+}
+
+#[test]
+fn slow_growth_is_believed_where_it_tells_the_end_and_climatology_where_it_does_not() {
+    let model = FaultModel::electrical();
+    for (growth_tells, most) in [(true, 1.03), (false, 0.6)] {
+        let fleet = |seed, count| {
+            if growth_tells { lives(&fast(), seed, count) } else { cut_short(lives(&fast(), seed, count)) }
+        };
+        let (own, held_out) = (fleet(9, 20), fleet(10, 40));
+        let prior = learn(&own).unwrap();
+        let growth = crps_fh(&Growth { model: &model, laws: Cow::Borrowed(&prior.growth), boundary: &Sum }, &held_out);
+        let pooled = crps_fh(&mixture(&prior, &model), &held_out);
+        let weights = &prior.companions.as_ref().unwrap().stacked.weights;
+        println!("CRPS {growth:.1} h by growth, {pooled:.1} h pooled by {weights:?}");
+        assert!(pooled < most * growth, "{pooled} and {growth} h by {weights:?}");
+        assert!((weights[0] > 0.5) == growth_tells, "{weights:?}");
+    }
+}
+
+#[test]
+fn removed_lives_tell_of_the_end_as_far_as_they_went() {
+    let failed = lives(&fast(), 11, 12);
+    let removed = lives(&fast(), 12, 12).into_iter().map(|mut life| {
+        life.end_fh *= 0.5;
+        life.observations.retain(|seen| seen.t_fh < life.end_fh);
+        EndedLife { ending: Ending::Removed, ..life }
+    });
+    let with_removed: Vec<EndedLife> = failed.iter().cloned().chain(removed.clone()).collect();
+    let taken_for_failed: Vec<EndedLife> =
+        with_removed.iter().map(|life| EndedLife { ending: Ending::Failed, ..life.clone() }).collect();
+    let mean_fh = |lives: &[EndedLife]| {
+        let asked = PredictionSettings { draws: 400, horizon_fh: 20_000.0 };
+        let ends_fh = learn(lives).unwrap().companions.expect("failures").climatology.ends_fh(0.0, &asked);
+        ends_fh.iter().flatten().sum::<f64>() / ends_fh.len() as f64
+    };
+    let [alone, together, mistaken] = [&failed[..], &with_removed, &taken_for_failed].map(mean_fh);
+    assert!(together > 0.97 * alone && mistaken < 0.9 * together, "{alone} {together} {mistaken}");
+    assert_eq!(
+        learn(&removed.collect::<Vec<_>>()).unwrap().companions,
+        None,
+        "nobody knows when they would have failed"
+    );
 }
