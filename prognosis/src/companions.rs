@@ -1,12 +1,15 @@
 //! What past lives tell beside the growth of faults, and how much each of the three is to be believed.
 
-use std::collections::BTreeMap;
+use std::{borrow::Cow, collections::BTreeMap};
 
-use domain::{Ensemble, Invalid, PastCoverage};
+use domain::{Ensemble, FaultModel, Invalid, PastCoverage};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    estimator::{Climatology, LevelLives},
+    boundary::Boundary,
+    estimator::{Climatology, Estimator, Growth, LevelLives, Similarity},
+    growth_laws::GrowthLaws,
+    mixture::Mixture,
     stacking::{Record, Stacked},
 };
 
@@ -28,6 +31,24 @@ pub struct Companions {
 const MEMBERS: [&str; 3] = ["growth", "similarity", "climatology"];
 
 impl Companions {
+    /// All three members, growth being that of these laws, weighed and recalibrated.
+    pub fn beside<'a>(
+        &'a self,
+        laws: &'a GrowthLaws,
+        model: &'a FaultModel,
+        boundary: &'a dyn Boundary,
+    ) -> Mixture<'a> {
+        let members: [Box<dyn Estimator + 'a>; 3] = [
+            Box::new(Growth { model, laws: Cow::Borrowed(laws), boundary }),
+            Box::new(Similarity { lives: Cow::Borrowed(&self.similar), model, boundary }),
+            Box::new(self.climatology.clone()),
+        ];
+        Mixture {
+            members: self.stacked.weights.iter().copied().zip(members).collect(),
+            recalibration: self.stacked.recalibration.clone(),
+        }
+    }
+
     /// Who speaks in a forecast, and how well forecasts of past lives have done.
     pub fn ensemble(&self) -> Ensemble {
         let Stacked { weights, record, .. } = &self.stacked;

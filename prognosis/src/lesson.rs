@@ -17,7 +17,7 @@ use crate::{
     clock::Clock,
     companions::Companions,
     ended::EndedLife,
-    estimator::{Climatology, Estimator, Growth, LevelLives, PredictionSettings, Similarity},
+    estimator::{Climatology, Growth, LevelLives, PredictionSettings, Similarity},
     fit::NoHistory,
     growth_laws::{GrowthLaws, LawsWithout},
     held_out::{HeldOutSettings, forecast_held_out},
@@ -107,15 +107,7 @@ impl Lesson {
 
     /// All three, weighed and recalibrated.
     pub fn mixture<'a>(&'a self, model: &'a FaultModel, boundary: &'a Limits) -> Mixture<'a> {
-        let members: [Box<dyn Estimator + 'a>; 3] = [
-            Box::new(self.growth(model, boundary)),
-            Box::new(self.similarity(model, boundary)),
-            Box::new(self.companions.climatology.clone()),
-        ];
-        Mixture {
-            members: self.companions.stacked.weights.iter().copied().zip(members).collect(),
-            recalibration: self.companions.stacked.recalibration.clone(),
-        }
+        self.companions.beside(&self.growth, model, boundary)
     }
 
     /// What was learned at the edge of what is tried, or as nothing, in words: growth is not described well there.

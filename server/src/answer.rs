@@ -1,7 +1,8 @@
 //! Answers, assembled once for REST, gRPC and the pages.
 
 use domain::{
-    ADVISORY, AsOf, Component, ContentHash, FaultModel, OperatorId, Position, RulDistribution, Status, TailNumber,
+    ADVISORY, AsOf, Component, ContentHash, Ensemble, FaultModel, OperatorId, Position, RulDistribution, Status,
+    TailNumber,
 };
 use proto::answer::{
     EndOfLife, FailureProbability, Fault, MaskAnswer, ModelItem, MonteCarlo, Page, RulAnswer, RulQuantiles, TailAnswer,
@@ -44,6 +45,7 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         }),
         fault_vector: forecast.map(|forecast| Fault::by_name(&forecast.faults)),
         dominant_fault: forecast.map(|forecast| forecast.dominant_fault.clone()),
+        estimator: forecast.map(|forecast| forecast.ensemble.clone().unwrap_or_else(Ensemble::growth)),
         explanation: forecast.map(|forecast| forecast.explanation.clone()),
         doubts: forecast.map(|forecast| forecast.doubts.clone()),
         load: prognosis.and_then(|prognosis| prognosis.load.clone()),

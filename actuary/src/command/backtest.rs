@@ -16,7 +16,7 @@ use evaluation::{
     Contestant, Judged, Knowledge, Linear, Metrics, Ridge, Terms, Thesis, backtest::ReplaySettings, replay_all, report,
 };
 use indicatif::{ProgressBar, ProgressStyle};
-use prognosis::{Climatology, FleetPrior, PredictionSettings, Rbg};
+use prognosis::{Climatology, LifePrior, PredictionSettings, Rbg};
 use serde::Serialize;
 
 use crate::{
@@ -127,7 +127,8 @@ enum EstimatorName {
     RbgConstant,
     /// Berri 2021, section 2.4, as it stands there
     Thesis,
-    /// The default with --limit: growth, similarity and climatology, each as much as it was worth on earlier lives
+    /// The default with --limit: growth, similarity and climatology, each as much as it was worth on earlier lives; with --model
+    /// as the lives that taught its prior tell
     Mixture,
     /// Growth filters in the measures of damage that explain the earlier lives best
     Growth,
@@ -193,7 +194,7 @@ fn actuators(arguments: &Arguments, model: &Path, out: &OutputFolder, bar: &Prog
         seed: SEED,
     };
     let model = bundle::read(model)?;
-    let names = chosen(arguments, model.bundle().prior.first())?;
+    let names = chosen(arguments, &model.bundle().prior)?;
     let files = Files {
         histories: &arguments.histories,
         truths: &arguments.truth,
@@ -208,7 +209,8 @@ fn actuators(arguments: &Arguments, model: &Path, out: &OutputFolder, bar: &Prog
     for recorded in &mut recorded {
         knowledge.prepare(recorded);
     }
-    let contestants: Vec<Contestant> = names.into_iter().map(|name| contestant(name, &knowledge)).collect();
+    let contestants: Vec<Contestant> =
+        names.into_iter().map(|name| contestant(name, &knowledge, &model.bundle().prior)).collect();
     bar.set_message("predicting");
     bar.set_length((recorded.len() * contestants.len()) as u64);
     let replays = replay_all(&recorded, &contestants, &settings, &|| bar.inc(1));
@@ -228,9 +230,9 @@ fn actuators(arguments: &Arguments, model: &Path, out: &OutputFolder, bar: &Prog
 
 /// The estimators to judge in the order asked for, each once. Where nothing tells how growth changes, `rbg` is
 /// `rbg-constant`.
-fn chosen(arguments: &Arguments, prior: &FleetPrior) -> Result<Vec<EstimatorName>, Failure> {
+fn chosen(arguments: &Arguments, prior: &LifePrior) -> Result<Vec<EstimatorName>, Failure> {
     let asked = if arguments.estimators.is_empty() { DEFAULT_ESTIMATORS } else { &arguments.estimators };
-    let may_change = prior.growth_changes.is_some() || arguments.prior.is_some();
+    let may_change = prior.first().growth_changes.is_some() || arguments.prior.is_some();
     let mut names = Vec::new();
     for name in asked {
         let name = if *name == EstimatorName::Rbg && !may_change { EstimatorName::RbgConstant } else { *name };
@@ -243,8 +245,15 @@ fn chosen(arguments: &Arguments, prior: &FleetPrior) -> Result<Vec<EstimatorName
         Arguments { prior: None, .. } if asked(EstimatorName::Climatology) => {
             Some("--estimator climatology needs the lives of --prior")
         }
-        _ if [EstimatorName::Mixture, EstimatorName::Growth, EstimatorName::Similarity].into_iter().any(asked) => {
-            Some("--estimator mixture, growth and similarity need --limit")
+        _ if [EstimatorName::Growth, EstimatorName::Similarity].into_iter().any(asked) => {
+            Some("--estimator growth and similarity need --limit")
+        }
+        _ if asked(EstimatorName::Mixture) && prior.companions.is_none() => Some(
+            "--estimator mixture needs --limit, or a model whose prior knows more than growth: `actuary train --histories` \
+             makes one",
+        ),
+        Arguments { prior, labels, .. } if asked(EstimatorName::Mixture) && (prior.is_some() || !labels.is_empty()) => {
+            Some("--estimator mixture is the model's own: --prior and --labels do not teach it")
         }
         Arguments { truth, .. } if asked(EstimatorName::Oracle) && truth.is_empty() => {
             Some("--estimator oracle needs --truth with A and B of each life")
@@ -258,7 +267,7 @@ fn chosen(arguments: &Arguments, prior: &FleetPrior) -> Result<Vec<EstimatorName
 }
 
 /// An estimator by its name, with what it may know.
-fn contestant(name: EstimatorName, knowledge: &Knowledge) -> Contestant<'_> {
+fn contestant<'a>(name: EstimatorName, knowledge: &'a Knowledge, own: &'a LifePrior) -> Contestant<'a> {
     let Knowledge { faults: model, surrogate: boundary, prior, changing_prior, lives_fh, .. } = knowledge;
     Contestant::Estimator(match name {
         EstimatorName::Rbg => {
@@ -271,7 +280,11 @@ fn contestant(name: EstimatorName, knowledge: &Knowledge) -> Contestant<'_> {
         EstimatorName::Linear => Box::new(Linear { model, prior, boundary }),
         EstimatorName::Ridge => Box::new(Ridge { model, prior, boundary }),
         EstimatorName::Oracle => return Contestant::Oracle(knowledge),
-        EstimatorName::Mixture | EstimatorName::Growth | EstimatorName::Similarity => unreachable!("refused before"),
+        EstimatorName::Mixture => {
+            let companions = own.companions.as_ref().expect("refused before");
+            Box::new(companions.beside(&own.growth, model, boundary))
+        }
+        EstimatorName::Growth | EstimatorName::Similarity => unreachable!("refused before"),
     })
 }
 

@@ -7,8 +7,8 @@ use domain::FaultModel;
 use evaluation::backtest::{ReplaySettings, Run, RunScore, replay, scoreboard};
 use numerics::Stream;
 use prognosis::{
-    Boundary, EndedLife, Ending, Estimator, FailureTimeError, FleetPrior, Growth, LifePrior, Mixture, NoHistory,
-    PredictionSettings, Rbg, Similarity, learn_from_ended,
+    Boundary, EndedLife, Ending, Estimator, FailureTimeError, FleetPrior, Growth, LifePrior, NoHistory,
+    PredictionSettings, Rbg, learn_from_ended,
 };
 use rayon::prelude::*;
 
@@ -112,20 +112,6 @@ fn slow_few_lives_of_an_unusual_part_predict_others_of_it_better_than_the_parent
     assert!(by_part < 0.97 * by_parent, "{by_part} and {by_parent}");
 }
 
-/// Everything that a prior holds, as an estimator.
-fn mixture<'a>(prior: &'a LifePrior, model: &'a FaultModel) -> Mixture<'a> {
-    let companions = prior.companions.as_ref().expect("lives that failed");
-    let members: [Box<dyn Estimator + 'a>; 3] = [
-        Box::new(Growth { model, laws: Cow::Borrowed(&prior.growth), boundary: &Sum }),
-        Box::new(Similarity { lives: Cow::Borrowed(&companions.similar), model, boundary: &Sum }),
-        Box::new(companions.climatology.clone()),
-    ];
-    Mixture {
-        members: companions.stacked.weights.iter().copied().zip(members).collect(),
-        recalibration: companions.stacked.recalibration.clone(),
-    }
-}
-
 /// Lives of a fleet which end for a reason that no fault tells of, at 800 hours or so.
 fn cut_short(lives: Vec<EndedLife>) -> Vec<EndedLife> {
     let cut = |(index, mut life): (usize, EndedLife)| {
@@ -145,9 +131,10 @@ fn slow_growth_is_believed_where_it_tells_the_end_and_climatology_where_it_does_
         };
         let (own, held_out) = (fleet(9, 20), fleet(10, 40));
         let prior = learn(&own).unwrap();
+        let companions = prior.companions.as_ref().expect("lives that failed");
         let growth = crps_fh(&Growth { model: &model, laws: Cow::Borrowed(&prior.growth), boundary: &Sum }, &held_out);
-        let pooled = crps_fh(&mixture(&prior, &model), &held_out);
-        let weights = &prior.companions.as_ref().unwrap().stacked.weights;
+        let pooled = crps_fh(&companions.beside(&prior.growth, &model, &Sum), &held_out);
+        let weights = &companions.stacked.weights;
         println!("CRPS {growth:.1} h by growth, {pooled:.1} h pooled by {weights:?}");
         assert!(pooled < most * growth, "{pooled} and {growth} h by {weights:?}");
         assert!((weights[0] > 0.5) == growth_tells, "{weights:?}");

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use domain::{AsOf, Doubt, Explanation, FaultTrend, HingeLoad, Propagation, RulDistribution, Status};
+use domain::{AsOf, Doubt, Ensemble, Explanation, FaultTrend, HingeLoad, Propagation, RulDistribution, Status};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -57,6 +57,9 @@ pub struct RulAnswer {
     /// The fault that most often drives the end of life.
     #[schema(required, example = "k1")]
     pub dominant_fault: Option<String>,
+    /// Who speaks in the forecast, and how often its like held; null when there is none.
+    #[schema(required)]
+    pub estimator: Option<Ensemble>,
     /// Why the forecast says so; null when there is none.
     #[schema(required)]
     pub explanation: Option<Explanation>,

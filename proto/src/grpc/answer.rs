@@ -51,6 +51,7 @@ impl From<answer::RulAnswer> for v1::Rul {
             doubts: each(body.doubts.unwrap_or_default()),
             found_failed_fh: body.found_failed_fh,
             set_aside_uploads: body.set_aside_uploads,
+            estimator: body.estimator.map(Into::into),
         }
     }
 }

@@ -1,12 +1,27 @@
 //! Explanations and doubts.
 
 use domain::{
-    Doubt, DoubtKind, Explanation,
+    Doubt, DoubtKind, Ensemble, Explanation, PastCoverage,
     explanation::{Driver, Growth, GrowthChange, Shift, Surprise},
 };
 
 use super::answer::each;
 use crate::v1;
+
+impl From<Ensemble> for v1::Estimator {
+    fn from(Ensemble { weights, coverage_of_past_forecasts }: Ensemble) -> Self {
+        Self {
+            weights: weights.into_iter().collect(),
+            coverage_of_past_forecasts: coverage_of_past_forecasts.map(Into::into),
+        }
+    }
+}
+
+impl From<PastCoverage> for v1::PastCoverage {
+    fn from(PastCoverage { lives, forecasts, level_80, level_95 }: PastCoverage) -> Self {
+        Self { lives: lives as u64, forecasts: forecasts as u64, level_80, level_95 }
+    }
+}
 
 impl From<Explanation> for v1::Explanation {
     fn from(explanation: Explanation) -> Self {

@@ -1,7 +1,7 @@
 //! The reasons of a forecast and the doubts of it, in words for a planner.
 
 use domain::{
-    Doubt, DoubtKind, Explanation,
+    Doubt, DoubtKind, Ensemble, Explanation, PastCoverage,
     explanation::{Driver, Growth, Shift, Surprise},
 };
 use proto::answer::RulAnswer;
@@ -21,6 +21,8 @@ pub struct Reasons {
     pub growth: Vec<String>,
     /// How the prediction moved, and what was surprising.
     pub shift: Vec<String>,
+    /// Who speaks, and how often forecasts like this one held, where past lives told.
+    pub estimator: Vec<String>,
 }
 
 /// A share as a bar.
@@ -47,6 +49,7 @@ impl Reasons {
             drivers: drivers.iter().map(bar).collect(),
             growth: growth.as_ref().map(grown).unwrap_or_default(),
             shift: shift.as_ref().map(moved).unwrap_or_default(),
+            estimator: body.estimator.as_ref().map(speaking).unwrap_or_default(),
         };
         (!(told.drivers.is_empty() && told.growth.is_empty() && told.shift.is_empty())).then_some(told)
     }
@@ -78,6 +81,22 @@ impl Warning {
 
 fn bar(driver: &Driver) -> Bar {
     Bar { label: driver.faults.join(" and "), percent: format!("{:.0}", 100.0 * driver.share) }
+}
+
+/// Nothing where growth alone speaks.
+fn speaking(Ensemble { weights, coverage_of_past_forecasts }: &Ensemble) -> Vec<String> {
+    let Some(past) = coverage_of_past_forecasts else { return Vec::new() };
+    let PastCoverage { lives, level_80, level_95, .. } = past;
+    let mut members: Vec<(&String, &f64)> = weights.iter().filter(|(_, weight)| **weight >= 0.005).collect();
+    members.sort_by(|a, b| b.1.total_cmp(a.1));
+    let members: Vec<String> =
+        members.into_iter().map(|(name, weight)| format!("{name} {:.0} %", 100.0 * weight)).collect();
+    let held = format!(
+        "Of {lives} past lives, each forecast by what the others teach, {:.0} % of the 80 % intervals and {:.0} % of the 95 % intervals held.",
+        100.0 * level_80,
+        100.0 * level_95
+    );
+    vec![format!("The possible futures are told by {}.", members.join(", ")), held]
 }
 
 fn grown(growth: &Growth) -> Vec<String> {

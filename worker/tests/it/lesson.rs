@@ -122,7 +122,12 @@ async fn finished_lives_teach_the_prior_of_later_ones() {
     for (unit, expected) in [(77, learned.hash), (0, model.summary().prior)] {
         let tail = of_unit(&model, unit, 0).tail;
         let installed = store.installed(&operator, &tail).await.unwrap().remove(0);
-        assert_eq!(installed.prognosis.unwrap().prior, expected, "unit {unit}");
+        let prognosis = installed.prognosis.unwrap();
+        assert_eq!(prognosis.prior, expected, "unit {unit}");
+        let ensemble = prognosis.forecast.unwrap().ensemble;
+        let taught = ensemble.as_ref().and_then(|ensemble| ensemble.coverage_of_past_forecasts).map(|past| past.lives);
+        assert_eq!(taught, (unit == 77).then_some(Lesson::MIN_LIVES as usize), "{ensemble:?}");
+        assert!(ensemble.is_none_or(|ensemble| (ensemble.weights.values().sum::<f64>() - 1.0).abs() < 1e-12));
     }
 }
 

@@ -12,7 +12,7 @@ use test_case::test_case;
 
 use crate::fixture::{
     Backend::{self, *},
-    Database, by_hand, component, day, drain, finding, later_upload, operator, serve, tail, upload,
+    Database, bundle, by_hand, component, day, drain, finding, later_upload, operator, serve, tail, upload,
 };
 
 fn event(id: &str, serial: &str, kind: EventKind, flight_hours: f64) -> MaintenanceEvent {
@@ -112,6 +112,33 @@ async fn results_of_a_lease_from_before_an_overhaul_are_refused(backend: Backend
     assert_eq!(serve(&store, &lease).await, store::Completion::Fenced);
     drain(&store).await;
     assert_eq!(hours(&store, 1).await.last(), Some(&195.0));
+}
+
+#[test_case(Sqlite; "sqlite")]
+#[test_case(Postgres; "postgres")]
+#[tokio::test]
+async fn lives_that_were_over_before_they_failed_are_told_apart_from_those_that_go_on(backend: Backend) {
+    let database = Database::new(backend);
+    let store = database.ready().await;
+    flown(&store).await;
+    let part = component("0001").part_number;
+    let removed = async || -> Vec<(u32, usize)> {
+        let lives = store.removed_lives(&operator(), &part, &bundle("one").hash).await.unwrap();
+        assert!(lives.iter().all(|one| one.estimates.iter().all(|seen| seen.flight_hours >= one.began_fh)));
+        lives.iter().map(|one| (one.life.overhaul_index, one.estimates.len())).collect()
+    };
+    let flown = hours(&store, 0).await.len();
+    assert_eq!(removed().await, [], "it goes on");
+    record(&store, &event("overhaul", "0001", EventKind::Overhaul, 145.0)).await;
+    drain(&store).await;
+    let before = removed().await;
+    assert!(matches!(before[..], [(0, seen)] if seen > 0 && seen < flown), "{before:?} of {flown}");
+    record(&store, &event("out", "0001", EventKind::Remove, 195.0)).await;
+    let taken_out = removed().await;
+    assert_eq!((taken_out[0], taken_out[1].0), (before[0], 1));
+    assert_eq!(taken_out[0].1 + taken_out[1].1, flown);
+    record(&store, &finding("failed", "0001", Finding::Failed, 196.0)).await;
+    assert_eq!(removed().await, before, "the second life failed");
 }
 
 #[test_case(Sqlite; "sqlite")]
