@@ -98,7 +98,7 @@ impl Model {
     }
 
     /// The forecast for the newest data, `state` being that of the last closed block. Where a gap lies behind that
-    /// block, what is known since counts as well, before it is a block of its own.
+    /// block, or where uploads may be a good part of a life apart, what is known since counts as well, before it is a block of its own.
     fn forecast(
         &self,
         context: &LifeContext,
@@ -108,7 +108,7 @@ impl Model {
         state: &State,
     ) -> Result<Forecast, OutlookError> {
         let gap = course.gap;
-        let known = filter.known_now(&course.measured, gap.is_some());
+        let known = filter.known_now(&course.measured, gap.is_some() || self.units.are_own());
         let draws = self.draw(context, &known, newest, newest, Draws::precise());
         let faults = self.units.trends(known.trends());
         check_finite(&faults, state.block)?;
@@ -116,6 +116,7 @@ impl Model {
         doubts.extend(outside_training(&draws));
         doubts.extend(gap.map(carried_over));
         doubts.extend(course.contested.map(contested));
+        let beyond = self.units.probability_beyond(&faults).unwrap_or_default();
         Ok(Forecast {
             dominant_fault: dominant_fault(&self.bundle.faults, draws.dominant_group(), &faults),
             faults,
@@ -123,7 +124,7 @@ impl Model {
             rul: RulDistribution::from_draws(&draws.ends_fh, self.horizon_fh(context)),
             p10_error_fh: draws.p10_error_fh,
             median_error_fh: draws.median_error_fh,
-            probability_failed: draws.failed_fraction,
+            probability_failed: beyond.max(draws.failed_fraction),
             seed: SEED,
             ensemble: context.prior.body.companions.as_ref().map(Companions::ensemble),
             explanation: Explanation {

@@ -8,6 +8,7 @@ use domain::{
     FaultModel, FaultTrend, FaultVector, Propagation,
     explanation::{Growth, GrowthChange, Surprise},
 };
+use numerics::normal;
 use prognosis::{
     Observation, REFERENCE_LIFE_FH, REFERENCE_LIMIT, Scale,
     forecast::Forecast,
@@ -65,6 +66,11 @@ impl Units {
                 (Self::Own { scale, ways }, reference_faults(bundle.faults.names.clone()))
             }
         }
+    }
+
+    /// Whether they are not those of the prior.
+    pub fn are_own(&self) -> bool {
+        matches!(self, Self::Own { .. })
     }
 
     /// Flight hours as the prior counts them.
@@ -140,6 +146,16 @@ impl Units {
         let ends = draws.ends_fh.iter_mut().chain([&mut draws.p10_error_fh, &mut draws.median_error_fh]);
         ends.flatten().for_each(|hours| *hours = self.flight_hours(*hours));
         draws
+    }
+
+    /// The probability that a life with these faults, told in their own units, has failed by itself: some fault is beyond its limit,
+    /// which is what failure is, however late past lives were seen to pass it. `None` where a surrogate tells it.
+    pub fn probability_beyond(&self, faults: &[FaultTrend]) -> Option<f64> {
+        let Self::Own { ways, .. } = self else { return None };
+        let beyond = |(fault, way): (&FaultTrend, &Way)| {
+            normal::cumulative((fault.value - way.limit) * way.length().signum() / fault.sigma)
+        };
+        Some(faults.iter().zip(ways).map(beyond).fold(0.0, f64::max))
     }
 
     /// A surprise in the unit of its fault, the `index`-th; it is positive where the value is higher than expected.

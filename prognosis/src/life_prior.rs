@@ -107,7 +107,7 @@ impl<'de> Visitor<'de> for Reader {
             companions: Option<Companions>,
         }
         let first: Option<String> = map.next_key()?;
-        let several = first.as_deref() == Some("growth");
+        let several = matches!(first.as_deref(), Some("growth" | "companions"));
         let rest = MapAccessDeserializer::new(Ahead { first, map });
         if several {
             let Several { growth, companions } = Several::deserialize(rest)?;

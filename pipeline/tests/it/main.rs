@@ -6,5 +6,6 @@ mod mutants;
 mod outlook;
 mod own_diagnosis;
 mod own_faults;
+mod own_units;
 mod rehearsal;
 mod training;

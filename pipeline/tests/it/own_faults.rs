@@ -9,7 +9,7 @@ use prognosis::{Coordinate, FleetPrior, GrowthLaw, LifePrior};
 use serde_json::{Value, json};
 
 /// A bundle of cracks that end a life at 49.8 mm, beside the load model of the one that ships.
-fn cracks() -> Bundle {
+pub fn cracks() -> Bundle {
     let default = Model::from_bytes(include_bytes!("../../../models/default.json")).unwrap();
     Bundle {
         faults: FaultModel {
