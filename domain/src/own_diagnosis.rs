@@ -9,8 +9,9 @@ use serde::{
 
 use crate::{BundleSummary, Diagnosis, FaultMeasure, FaultVector, Invalid, invalid, range::Range};
 
-/// Least standard deviation, in parts of the way from nominal to the limit: below it, squares lose what they add to.
-const LEAST_SIGMA: f64 = 1e-6;
+/// How many times the least standard deviation goes into the way from nominal to the limit: below it, squares lose what
+/// they add to.
+const FINEST: f64 = 1e6;
 /// How far a value may lie from nominal, and the greatest standard deviation, in ways from nominal to the limit.
 const FARTHEST: f64 = 10.0;
 
@@ -21,7 +22,7 @@ pub struct OwnDiagnosis(BTreeMap<String, OwnFault>);
 
 /// One fault of an own diagnosis, in the fault's own unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object of a value and its sigma")]
 #[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = OwnFaultBody))]
 pub struct OwnFault {
     /// The value, nominal value included.
@@ -61,13 +62,12 @@ impl OwnDiagnosis {
     pub fn violations(&self, bundle: &BundleSummary) -> Invalid {
         let mut wrong = Invalid::default();
         let known = &bundle.faults.names;
-        let diagnosed = || format!("the bundle knows {}", known.join(", "));
         for name in self.names().filter(|name| !known.iter().any(|known| known == name)) {
-            wrong.push(pointer(name), format!("no such fault: {}", diagnosed()));
+            wrong.push(pointer(name), format!("no such fault: the bundle knows {}", known.join(", ")));
         }
         for (i, name) in known.iter().enumerate() {
             match self.get(name) {
-                None => wrong.push(pointer(name), format!("missing: {}", diagnosed())),
+                None => wrong.push(pointer(name), "missing"),
                 Some(fault) => fault.judge(&pointer(name), &Scale::of(bundle, i), &mut wrong),
             }
         }
@@ -104,7 +104,7 @@ impl Scale {
     fn of(bundle: &BundleSummary, fault: usize) -> Self {
         match &bundle.measure {
             None => {
-                let sigma = Range { min: LEAST_SIGMA, max: 1.0, unit: "" };
+                let sigma = Range { min: 1.0 / FINEST, max: 1.0, unit: "" };
                 Self { value: Range { min: 0.0, max: 1.0, unit: "" }, sigma, tells_sigma: false }
             }
             Some(FaultMeasure { limits, .. }) => {
@@ -112,7 +112,7 @@ impl Scale {
                 let way = (limits[fault] - nominal).abs();
                 let (min, max) = (nominal - FARTHEST * way, nominal + FARTHEST * way);
                 let unit = "in the fault's own unit, ten ways from nominal to the limit on either side";
-                let sigma = Range { min: LEAST_SIGMA * way, max: FARTHEST * way, unit: "in the fault's own unit" };
+                let sigma = Range { min: way / FINEST, max: FARTHEST * way, unit: "in the fault's own unit" };
                 Self { value: Range { min, max, unit }, sigma, tells_sigma: true }
             }
         }
@@ -151,7 +151,7 @@ impl<'de> Visitor<'de> for Once {
     type Value = OwnDiagnosis;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("faults by name")
+        f.write_str("an object of faults by name")
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<OwnDiagnosis, A::Error> {

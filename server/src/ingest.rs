@@ -1,6 +1,6 @@
 //! Data Acquisition: an upload is checked against its mask, stored, and only then acknowledged.
 
-use domain::{Component, Invalid, OperatorId, Position, Reading, TailNumber, Upload, UploadId, Warning};
+use domain::{BundleSummary, Component, Invalid, OperatorId, Position, Reading, TailNumber, Upload, UploadId, Warning};
 use proto::json::Ingested;
 use store::Receipt;
 
@@ -111,7 +111,8 @@ pub struct Checked {
     upload: Upload,
 }
 
-/// Checks that an upload is its caller's to send, against its mask or the bundle in service, and against what is known where uploads do not enrol.
+/// Checks that an upload is its caller's to send, against its mask or the bundle in service, and against what is known
+/// where uploads do not enrol.
 pub async fn check(shared: &Shared, caller: &Caller, upload: Upload) -> Result<Checked, Refusal> {
     caller.must_reach(upload.tail.as_str())?;
     upload.check(violations(shared, &upload.reading).await?)?;
@@ -122,24 +123,34 @@ pub async fn check(shared: &Shared, caller: &Caller, upload: Upload) -> Result<C
     Ok(Checked { operator: caller.operator().clone(), upload })
 }
 
-/// What is wrong with samples by their mask, or with an own diagnosis by the bundle in service.
+/// What is wrong with samples by their mask, or with an own diagnosis by the bundle in service: by what was read of it a
+/// moment ago, unless that refuses.
 async fn violations(shared: &Shared, reading: &Reading) -> Result<Invalid, Refusal> {
     let store = &shared.state.store;
-    let in_service = shared.in_service.get(store).await?;
-    match (reading, in_service) {
+    let lately = shared.in_service.lately(store).await?;
+    let found = by_bundle(shared, reading, lately.as_deref()).await?;
+    if found.violations.is_empty() {
+        return Ok(found);
+    }
+    let now = shared.in_service.now(store).await?;
+    by_bundle(shared, reading, now.as_deref()).await
+}
+
+async fn by_bundle(shared: &Shared, reading: &Reading, bundle: Option<&BundleSummary>) -> Result<Invalid, Refusal> {
+    match (reading, bundle) {
         (Reading::Samples(_), Some(bundle)) if bundle.measure.is_some() => {
             let known = bundle.faults.names.join(", ");
             let detail = format!("the bundle in service reads no maps: send an own diagnosis of {known} as `faults`");
             Ok(Invalid::one("#/samples", detail))
         }
-        (Reading::Samples(samples), _) => match shared.masks.get(store, &samples.mask_id).await? {
+        (Reading::Samples(samples), _) => match shared.masks.get(&shared.state.store, &samples.mask_id).await? {
             Some(published) => Ok(samples.violations(&published.mask, published.k_nom)),
             None => {
                 let detail = format!("mask {} was never published: GET /v1/models names the masks", samples.mask_id);
                 Ok(Invalid::one("#/mask_id", detail))
             }
         },
-        (Reading::Own { faults }, Some(bundle)) => Ok(faults.violations(&bundle)),
+        (Reading::Own { faults }, Some(bundle)) => Ok(faults.violations(bundle)),
         (Reading::Own { .. }, None) => Err(Refusal::Unavailable("no model bundle is active".to_owned())),
     }
 }

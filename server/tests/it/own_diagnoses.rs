@@ -210,6 +210,7 @@ async fn with_own_faults(house: &House) {
 #[tokio::test]
 async fn a_bundle_of_own_faults_takes_their_values_and_no_samples() {
     let house = House::open().await;
+    assert_eq!(house.upload("EC-MXA", &own(&house, "before", 10.0)).await.status(), 202);
     with_own_faults(&house).await;
     let crack = |upload_id: &str, crack: Value| {
         let mut body = own(&house, upload_id, 10.0);
