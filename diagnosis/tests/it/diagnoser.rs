@@ -26,7 +26,7 @@ static TRAINED: LazyLock<Trained> = LazyLock::new(|| {
 fn small(seed: u64) -> (Diagnoser, Mask) {
     let maps = closed_form_maps(600, seed);
     let mask = mask(&maps);
-    let settings = TrainingSettings { restarts: 2, realisations: 2, ..TrainingSettings::new(MapKind::LoadInvariant) };
+    let settings = TrainingSettings { restarts: 1, realisations: 2, ..TrainingSettings::new(MapKind::LoadInvariant) };
     let set = TrainingSet { fault_model: &faults(), mask: &mask, maps: &maps, calibration: &[] };
     (train(&set, &settings, &Stream::new(seed, &["train"])).unwrap(), mask)
 }

@@ -192,7 +192,7 @@ fn the_prototype_agrees_on_eight_faults() {
 }
 
 #[test]
-fn the_prototype_agrees_on_the_large_set() {
+fn slow_the_prototype_agrees_on_the_large_set() {
     let data = std::env::var_os("ACTUARY_DATA").map(PathBuf::from);
     let data = data.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"));
     let path = data.join("rul/assess_val.csv");

@@ -110,7 +110,7 @@ fn maps_of_the_thesis_form_are_those_of_the_prototype() {
 }
 
 #[test]
-fn a_whole_set_of_the_thesis_form_is_that_of_the_prototype() {
+fn slow_a_whole_set_of_the_thesis_form_is_that_of_the_prototype() {
     let Some(reference) = Reference::dataset("val_lf") else {
         println!("skipped: no large set");
         return;
@@ -139,7 +139,7 @@ fn the_thesis_form_misses_two_fifths_of_the_eccentricity() {
 }
 
 #[test]
-fn maps_of_whole_sets_are_those_of_the_prototype() {
+fn slow_maps_of_whole_sets_are_those_of_the_prototype() {
     for (name, model, rows) in [("val_hf", Model::HighFidelity, 100), ("train_pair", Model::LowFidelity1, 100)] {
         let Some(reference) = Reference::dataset(name) else {
             println!("skipped: no large set");

@@ -430,7 +430,7 @@ fn arrive(model: &Model, all: &[Estimate], order: &[usize], batch: usize) -> Out
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 5, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// However the estimates of a life arrive, and in however many batches, states and prognosis are the same.
     #[test]

@@ -290,7 +290,7 @@ fn the_error_of_the_boundary_in_failure_time_is_learned() {
         let failure_fh = crossing as f64 * STEP_FH - 40.0;
         Some(FinishedLife { observations: observe(&path[..crossing], 1.0, &mut random), failure_fh })
     };
-    let lives: Vec<FinishedLife> = (0..150).filter_map(finished).collect();
+    let lives: Vec<FinishedLife> = (0..90).filter_map(finished).collect();
     let learn = |lives: &[FinishedLife]| fit_failure_time_error(lives, &FaultModel::electrical(), &prior, &boundary, 1);
     let error = learn(&lives).unwrap();
     assert!((error.offset_fh + 40.0).abs() < 12.0, "{error:?}");

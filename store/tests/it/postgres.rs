@@ -379,7 +379,7 @@ async fn insist(store: &Store, operator: &OperatorId, upload: &Upload) -> (Recei
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
 async fn connections_that_end_lose_no_upload_and_count_none_twice() {
-    const UPLOADS: usize = 300;
+    const UPLOADS: usize = 150;
     let database = Database::new(Backend::Postgres);
     let stores = [database.ready().await, database.open().await];
     let url = database.postgres().await.superuser_url();

@@ -12,10 +12,10 @@ struct Bench {
 }
 
 impl Bench {
-    /// A folder with `maps`, a dataset of 60 maps of LF1.
-    fn new() -> Self {
+    /// A folder with `maps`, a dataset of so many maps of LF1.
+    fn with_maps(count: &str) -> Self {
         let bench = Self { folder: tempfile::tempdir().unwrap() };
-        bench.succeeds(&["simulate", "map", "--out", "maps", "--samples", "60", "--seed", "1"]);
+        bench.succeeds(&["simulate", "map", "--out", "maps", "--samples", count, "--seed", "1"]);
         bench
     }
 
@@ -99,7 +99,7 @@ fn without_line(text: &str, row: usize) -> String {
 
 #[test]
 fn slow_simulated_maps_train_a_bundle_that_diagnoses_them() {
-    let bench = Bench::new();
+    let bench = Bench::with_maps("60");
     let train = ["train", "--out", "b.json", "--dataset", "maps", "--samples", "50", "--lives", "10", "--seed", "3"];
     bench.succeeds(&train);
     // Without K.csv: a diagnosis never sees the truth.
@@ -142,7 +142,7 @@ fn a_map_with_gaps_is_diagnosed_as_far_as_it_can(bench: &Bench) {
 
 #[test]
 fn a_wrong_dataset_is_refused_by_file_row_and_column() {
-    let bench = Bench::new();
+    let bench = Bench::with_maps("60");
     assert!(
         bench.refused(&["train", "--out", "b.json", "--dataset", "none"]).contains("none: there is no such folder")
     );
@@ -191,7 +191,7 @@ fn a_wrong_dataset_is_refused_by_file_row_and_column() {
 /// As tools leave a matrix: a numbered header or index would shift every map, and a row of names is none.
 #[test]
 fn a_map_with_a_header_or_an_index_is_refused_and_blank_columns_are_passed_over() {
-    let bench = Bench::new();
+    let bench = Bench::with_maps("6");
     fs::copy(default_model(), bench.path("b.json")).unwrap();
     let y = fs::read_to_string(bench.path("maps/Y.csv")).unwrap();
     let diagnose = ["diagnose", "--model", "b.json", "--dataset", "maps", "--out", "k.csv"];
@@ -252,7 +252,7 @@ fn default_model() -> PathBuf {
 
 #[test]
 fn a_wrong_diagnosis_is_refused() {
-    let bench = Bench::new();
+    let bench = Bench::with_maps("2");
     fs::copy(default_model(), bench.path("b.json")).unwrap();
     fs::write(bench.path("text.json"), "no bundle").unwrap();
     let refused = |model: &str, more: &[&str], words: &str| {
@@ -274,7 +274,7 @@ fn a_wrong_diagnosis_is_refused() {
 
 #[test]
 fn slow_chains_are_chosen_by_name() {
-    let bench = Bench::new();
+    let bench = Bench::with_maps("60");
     let train = |out: &str, more: &[&str]| {
         let arguments = ["train", "--dataset", "maps", "--samples", "50", "--lives", "10", "--out", out];
         bench.succeeds(&[&arguments[..], more].concat());
@@ -293,11 +293,11 @@ fn slow_chains_are_chosen_by_name() {
 
 #[test]
 fn maps_are_the_same_for_a_seed_and_keep_what_is_in_their_folder() {
-    let bench = Bench::new();
+    let bench = Bench::with_maps("12");
     let read = |name: &str| fs::read(bench.path(name)).unwrap();
     let first = read("maps/Y.csv");
     fs::write(bench.path("maps/notes.txt"), "mine").unwrap();
-    bench.succeeds(&["simulate", "map", "--out", "maps", "--samples", "60", "--seed", "1"]);
+    bench.succeeds(&["simulate", "map", "--out", "maps", "--samples", "12", "--seed", "1"]);
     assert!(first == read("maps/Y.csv") && read("maps/notes.txt") == b"mine");
     bench.succeeds(&["simulate", "map", "--out", "hf", "--samples", "2", "--model", "hf", "--motion", "acquisition"]);
     let (y, r) = (rows(&bench.path("hf/Y.csv")), rows(&bench.path("hf/R.csv")));
@@ -309,7 +309,7 @@ fn maps_are_the_same_for_a_seed_and_keep_what_is_in_their_folder() {
 
 #[test]
 fn responses_are_printed_tabled_and_drawn() {
-    let bench = Bench::new();
+    let bench = Bench::with_maps("1");
     let printed =
         bench.succeeds(&["simulate", "response", "--gain", "0.5,1", "--csv", "step.csv", "--svg", "step.svg"]);
     // The reference: 0.1 rad in 0.100 s, settled at 0.18 s.

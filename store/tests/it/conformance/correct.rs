@@ -245,9 +245,8 @@ fn installations_are_those_of_the_uploads_that_are_not_voided(backend: Backend) 
         let delays = prop::collection::vec(prop::option::of(0..6_usize), uploads.len());
         (Just(uploads).prop_shuffle(), delays)
     });
-    // Both run the same statements; a commit of Postgres takes longer.
-    let number = if backend == Postgres { 40 } else { 128 };
-    let mut runner = TestRunner::new(ProptestConfig { failure_persistence: None, cases: number, ..Default::default() });
+    let mut runner =
+        TestRunner::new(ProptestConfig { failure_persistence: None, cases: backend.cases(128), ..Default::default() });
     let outcome = runner.run(&acts, |(uploads, delays)| {
         cases.set(cases.get() + 1);
         let operator = format!("case-{}", cases.get()).parse().unwrap();

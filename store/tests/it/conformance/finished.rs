@@ -53,7 +53,8 @@ fn a_finished_life_is_told_by_the_first_forecast_issued_in_each_stretch(backend:
     let cases = Cell::new(0);
     let uploads = prop::collection::vec((0..40_u32, prop::bool::weighted(0.7)), 1..12);
     let lives = (uploads, prop::sample::select(vec![20.0, 70.0, 1000.0]), 100..450_u32);
-    let mut runner = TestRunner::new(ProptestConfig { failure_persistence: None, cases: 24, ..Default::default() });
+    let mut runner =
+        TestRunner::new(ProptestConfig { failure_persistence: None, cases: backend.cases(24), ..Default::default() });
     let outcome = runner.run(&lives, |(uploads, every_fh, failure)| {
         cases.set(cases.get() + 1);
         let operator: OperatorId = format!("case-{}", cases.get()).parse().unwrap();

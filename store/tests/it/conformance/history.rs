@@ -149,7 +149,8 @@ fn any_order_of_the_same_uploads_gives_the_same_history(backend: Backend) {
     let database = Database::new(backend);
     let store = runtime.block_on(database.ready());
     let cases = std::cell::Cell::new(0);
-    let mut runner = TestRunner::new(ProptestConfig { failure_persistence: None, cases: 48, ..Default::default() });
+    let mut runner =
+        TestRunner::new(ProptestConfig { failure_persistence: None, cases: backend.cases(48), ..Default::default() });
     let outcome = runner.run(&life(), |(uploads, shuffled)| {
         cases.set(cases.get() + 1);
         let [ordered, other] = ["ordered", "other"].map(|way| format!("{way}-{}", cases.get()).parse().unwrap());

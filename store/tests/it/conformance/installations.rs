@@ -210,7 +210,8 @@ fn installations_are_those_of_the_definition_in_any_order_of_arrival(backend: Ba
     let cases = std::cell::Cell::new(0);
     let sightings = prop::collection::vec((0..3_u8, 0..2_u8, 0..2_u8, 0..10_u8), 1..16);
     let uploads = sightings.prop_map(|all| all.into_iter().enumerate().map(sighted).collect::<Vec<_>>());
-    let mut runner = TestRunner::new(ProptestConfig { failure_persistence: None, cases: 96, ..Default::default() });
+    let mut runner =
+        TestRunner::new(ProptestConfig { failure_persistence: None, cases: backend.cases(96), ..Default::default() });
     let outcome = runner.run(&uploads.prop_shuffle(), |uploads| {
         cases.set(cases.get() + 1);
         let operator: OperatorId = format!("case-{}", cases.get()).parse().unwrap();

@@ -410,13 +410,13 @@ async fn check(store: &Store, operator: &OperatorId, sets: &Sets) -> Result<(), 
 #[test_case(Sqlite; "sqlite")]
 #[test_case(Postgres; "postgres")]
 fn lives_and_installations_are_those_of_the_definitions_in_any_order(backend: Backend) {
-    in_any_order(backend, 24);
+    in_any_order(backend, backend.cases(12));
 }
 
 #[test_case(Sqlite; "sqlite")]
 #[test_case(Postgres; "postgres")]
 fn slow_lives_and_installations_are_those_of_the_definitions_in_many_more_orders(backend: Backend) {
-    in_any_order(backend, 24);
+    in_any_order(backend, backend.cases(96));
 }
 
 fn in_any_order(backend: Backend, cases: u32) {

@@ -162,7 +162,8 @@ fn what_events_lead_to_does_not_depend_on_the_order_in_which_they_arrive(backend
         let delays = prop::collection::vec(0..4_usize, events.len());
         (Just(events).prop_shuffle(), delays)
     });
-    let mut runner = TestRunner::new(ProptestConfig { failure_persistence: None, cases: 64, ..Default::default() });
+    let mut runner =
+        TestRunner::new(ProptestConfig { failure_persistence: None, cases: backend.cases(64), ..Default::default() });
     let outcome = runner.run(&arrivals, |(events, delays)| {
         cases.set(cases.get() + 1);
         let operator: OperatorId = format!("case-{}", cases.get()).parse().unwrap();

@@ -129,13 +129,13 @@ async fn dump(store: &Store, operator: &OperatorId) -> String {
 #[test_case(Sqlite; "sqlite")]
 #[test_case(Postgres; "postgres")]
 fn any_order_of_the_same_acts_leaves_the_same(backend: Backend) {
-    any_order_leaves_the_same(backend, 12);
+    any_order_leaves_the_same(backend, backend.cases(12));
 }
 
 #[test_case(Sqlite; "sqlite")]
 #[test_case(Postgres; "postgres")]
 fn slow_any_order_of_many_more_acts_leaves_the_same(backend: Backend) {
-    any_order_leaves_the_same(backend, 20);
+    any_order_leaves_the_same(backend, backend.cases(80));
 }
 
 fn any_order_leaves_the_same(backend: Backend, cases: u32) {

@@ -250,7 +250,7 @@ async fn leaser(store: Store, held: Arc<Mutex<HashSet<String>>>, estimated: Arc<
 #[test_case(Postgres; "postgres")]
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
 async fn eight_leasers_process_every_upload_exactly_once(backend: Backend) {
-    const UPLOADS: usize = 400;
+    const UPLOADS: usize = 160;
     let database = Database::new(backend);
     let store = database.ready().await;
     let (held, estimated) = (Arc::default(), Arc::<Mutex<Vec<String>>>::default());
