@@ -83,12 +83,12 @@ async fn own_diagnoses_count_beside_samples_of_the_same_component() {
             assert_eq!(&estimate["fault_vector"], faults, "taken at its word");
         }
     }
-    let again = json!({"upload_id": "again", "position": "AIL-L", "part_number": "EMA-48V", "serial_number": "0001",
+    let again = json!({"upload_id": "own.1.again", "position": "AIL-L", "part_number": "EMA-48V", "serial_number": "0001",
         "flight_hours": all[1]["flight_hours"], "recorded_at": all[1]["recorded_at"], "faults": all[1]["faults"]});
     let url = format!("{}/v1/tails/{TAIL}/uploads", service.url);
     assert_eq!(http().post(&url).json(&again).send().await.unwrap().status(), 202);
     service.settled_fleet().await;
-    assert_eq!(service.get("/v1/uploads/again").await["reason"], "repeated_measurement");
+    assert_eq!(service.get("/v1/uploads/own.1.again").await["reason"], "repeated_measurement");
     service.kill();
     digest(&format!("sqlite:{}", database.display()));
 }
