@@ -11,8 +11,8 @@ pub struct Ensemble {
     /// The share of each member in the draws, by name; they sum to one.
     #[cfg_attr(feature = "schema", schema(example = json!({"growth": 0.7, "similarity": 0.2, "climatology": 0.1})))]
     pub weights: BTreeMap<String, f64>,
-    /// How often forecasts of past lives held, made as this one by what the others of these lives teach; none where past lives
-    /// have not taught the weights.
+    /// How often forecasts of past lives held, made as this one by what the others of these lives teach; none where
+    /// past lives have not taught the weights.
     #[cfg_attr(feature = "schema", schema(required))]
     pub coverage_of_past_forecasts: Option<PastCoverage>,
 }

@@ -6,10 +6,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FaultMeasure {
-    /// The value of each fault at which the component has failed, in the faults' own units; on which side of nominal it lies says
-    /// in which direction faults grow.
+    /// The value of each fault at which the component has failed, in the faults' own units; on which side of nominal it
+    /// lies says in which direction faults grow.
     pub limits: Vec<f64>,
-    /// Standard deviation of one reading of each fault where an upload does not tell it, in the faults' own units; above zero.
+    /// Standard deviation of one reading of each fault where an upload does not tell it, in the faults' own units;
+    /// above zero.
     pub sigma: Vec<f64>,
     /// How long a usual life of the fleet is, flight hours.
     pub characteristic_life_fh: f64,

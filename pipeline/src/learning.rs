@@ -33,8 +33,8 @@ pub struct OtherFaults {
 }
 
 impl Model {
-    /// What lives that are over teach, starting from the bundle's own prior, which stays where nothing was seen of them.
-    /// Offline: seconds to minutes on all cores. Refuses estimates that are not of the bundle's faults.
+    /// What lives that are over teach, starting from the bundle's own prior, which stays where nothing was seen of
+    /// them. Offline: seconds to minutes on all cores. Refuses estimates that are not of the bundle's faults.
     pub fn learn_prior(&self, lives: &[PastLife]) -> Result<Prior, OtherFaults> {
         lives.iter().flat_map(|life| &life.estimates).try_for_each(|estimate| self.knows_faults_of(estimate))?;
         let reference_fh = |flight_hours: f64| self.units.reference_fh(flight_hours);

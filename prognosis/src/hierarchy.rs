@@ -1,12 +1,13 @@
 //! The prior of a part of a fleet, learned from few lives and the prior of the whole.
 //!
 //! - What: the [`LifePrior`] of a part number, an operator or any other part of a fleet.
-//! - Update rule: of each law, expectation maximisation from the parent, which counts as some lives more in everything that is
-//!   learned; then the failure-time error likewise. A part with few lives stays near its parent, one with many leaves it.
-//!   What stands beside growth is the part's own; how much each is believed starts from the parent's weights, those of growth
-//!   alone where the parent knows nothing else.
+//! - Update rule: of each law, expectation maximisation from the parent, which counts as some lives more in everything
+//!   that is learned; then the failure-time error likewise. A part with few lives stays near its parent, one with many
+//!   leaves it. What stands beside growth is the part's own; how much each is believed starts from the parent's
+//!   weights, those of growth alone where the parent knows nothing else.
 //! - Requirements: offline; lives that ended, as good as new at their start. Those that were removed tell of growth as
-//!   others do, and of the end as far as they went. The result depends neither on threads nor on the order of the lives.
+//!   others do, and of the end as far as they went. The result depends neither on threads nor on the order of the
+//!   lives.
 //! - Source: Gelman et al., Bayesian Data Analysis, chapter 5; conjugate priors as pseudo-observations.
 
 use domain::FaultModel;

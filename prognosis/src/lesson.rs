@@ -1,10 +1,11 @@
 //! What the past lives of a fleet teach of those to come.
 //!
-//! - What: three estimators and how much each is to be believed: growth filters, similarity of levels, and how long earlier
-//!   lives lasted; and what makes their pool's probabilities hold.
-//! - Update rule: each learns by itself; weights and recalibration come from forecasts of lives held out. Growth that may
-//!   change in mid-life is followed where that forecasts held-out lives clearly better.
-//! - Requirements: offline; lives in reference units that ended, at least one in failure, observations with their noise.
+//! - What: three estimators and how much each is to be believed: growth filters, similarity of levels, and how long
+//!   earlier lives lasted; and what makes their pool's probabilities hold.
+//! - Update rule: each learns by itself; weights and recalibration come from forecasts of lives held out. Growth that
+//!   may change in mid-life is followed where that forecasts held-out lives clearly better.
+//! - Requirements: offline; lives in reference units that ended, at least one in failure, observations with their
+//!   noise.
 //! - Source: Wolpert 1992 for stacking.
 
 use std::borrow::Cow;

@@ -1,8 +1,9 @@
 //! One life as its prior sees it.
 //!
-//! - What: the blocks of a life in the measure of each growth law and the levels that it reached ([`MeasuredLife`]), the filters that
-//!   follow them ([`LifeFilter`]), and what is known by then ([`Known`]).
-//! - Update rule: those of the filters and of the level. A law weighs its share of the fleet times the evidence of the life so far.
+//! - What: the blocks of a life in the measure of each growth law and the levels that it reached ([`MeasuredLife`]),
+//!   the filters that follow them ([`LifeFilter`]), and what is known by then ([`Known`]).
+//! - Update rule: those of the filters and of the level. A law weighs its share of the fleet times the evidence of the
+//!   life so far.
 //! - Requirements: observations in the order of the life; faults and trends are told by the fleet's most frequent law.
 //! - Source: Hoeting et al. 1999 for weights by evidence.
 
@@ -106,8 +107,8 @@ impl LifeFilter {
         self.filters.iter_mut().zip(&life.laws).for_each(|(filter, law)| filter.update(&law.blocks[index]));
     }
 
-    /// What the blocks so far lead one to expect of each fault in a block, and what was seen there, in the measure of the first
-    /// law.
+    /// What the blocks so far lead one to expect of each fault in a block, and what was seen there, in the measure of
+    /// the first law.
     pub fn expect(&self, life: &MeasuredLife, index: usize) -> Vec<Expectation> {
         let MeasuredLaw { coordinate, blocks, .. } = &life.laws[0];
         let expected = self.filters[0].expect(&blocks[index]).into_iter().zip(&blocks[index].mean);
@@ -120,8 +121,8 @@ impl LifeFilter {
         Known::new(&self.filters, life, index, level)
     }
 
-    /// What is known by the last observation. What was seen since the last block counts where one is told to, as if it were a
-    /// block.
+    /// What is known by the last observation. What was seen since the last block counts where one is told to, as if it
+    /// were a block.
     pub fn known_now(&self, life: &MeasuredLife, with_unclosed: bool) -> Known {
         let index = life.laws[0].blocks.len() - 1;
         let ahead = |(filter, law): (&Filter, &MeasuredLaw)| match &law.since {

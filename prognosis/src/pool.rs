@@ -1,9 +1,9 @@
 //! Draws of several members as one sample.
 //!
 //! - What: each member gives as many draws as its weight asks for, and all of them are recalibrated.
-//! - Update rule: the first member looks at the faults. As many of its draws as say that life is over already, so many of each
-//!   other's are made to say so: the others tell how a life goes on that has not ended. Draws are allotted by largest
-//!   remainder, and mixed, so that any run of them is like the whole.
+//! - Update rule: the first member looks at the faults. As many of its draws as say that life is over already, so many
+//!   of each other's are made to say so: the others tell how a life goes on that has not ended. Draws are allotted by
+//!   largest remainder, and mixed, so that any run of them is like the whole.
 //! - Requirements: weights that sum to one; at least one draw.
 //! - Source: Hall and Mitchell 2007 for linear pools.
 
@@ -21,8 +21,8 @@ pub(crate) struct Pool<'a> {
 }
 
 impl Pool<'_> {
-    /// One sample of `draws` hours to the end, `None` beyond the horizon; `member` gives as many draws of a member as it is asked
-    /// for, if that is any.
+    /// One sample of `draws` hours to the end, `None` beyond the horizon; `member` gives as many draws of a member as
+    /// it is asked for, if that is any.
     pub fn sample(
         &self,
         draws: usize,

@@ -1,13 +1,14 @@
 //! How much each of several estimators is to be believed, learned on past lives.
 //!
 //! - What: weights of the linear pool of the members, what makes its probabilities hold, and how good it was.
-//! - Update rule: weights that give the least mean continuous ranked probability score of forecasts of lives held out, every
-//!   life weighing one; the score is quadratic in the weights. They are drawn to fixed ones by n / (n + 15) with n failed
-//!   lives: of two members that differ by a tenth in score, fifteen lives tell which is better about as surely as not.
-//!   A removed life is judged as far as it went: forecast and truth are cut there. For the recalibration, and
+//! - Update rule: weights that give the least mean continuous ranked probability score of forecasts of lives held out,
+//!   every life weighing one; the score is quadratic in the weights. They are drawn to fixed ones by n / (n + 15) with
+//!   n failed lives: of two members that differ by a tenth in score, fifteen lives tell which is better about as surely
+//!   as not. A removed life is judged as far as it went: forecast and truth are cut there. For the recalibration, and
 //!   for what is told of how good the pool was, weights and map are those of the other nine tenths of the lives.
 //! - Requirements: offline. Lives whose forecasts caused their removal teach less than they seem to.
-//! - Source: Wolpert 1992; Gneiting and Raftery 2007 for the score; Thorarinsdottir, Gneiting, Gissibl 2013 for cutting it.
+//! - Source: Wolpert 1992; Gneiting and Raftery 2007 for the score; Thorarinsdottir, Gneiting, Gissibl 2013 for cutting
+//!   it.
 
 use numerics::{energy, normal};
 use serde::{Deserialize, Serialize};

@@ -26,8 +26,8 @@ pub struct FinishedLife {
     pub estimates: Vec<Estimate>,
 }
 
-/// A life that was over before it failed, with its history: its component was overhauled in time, or taken out and not put
-/// back.
+/// A life that was over before it failed, with its history: its component was overhauled in time, or taken out and not
+/// put back.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RemovedLife {
     /// The life.

@@ -92,7 +92,8 @@ fn speaking(Ensemble { weights, coverage_of_past_forecasts }: &Ensemble) -> Vec<
     let members: Vec<String> =
         members.into_iter().map(|(name, weight)| format!("{name} {:.0} %", 100.0 * weight)).collect();
     let held = format!(
-        "Of {lives} past lives, each forecast by what the others teach, {:.0} % of the 80 % intervals and {:.0} % of the 95 % intervals held.",
+        "Of {lives} past lives, each forecast by what the others teach, {:.0} % of the 80 % intervals and {:.0} % of the \
+         95 % intervals held.",
         100.0 * level_80,
         100.0 * level_95
     );
