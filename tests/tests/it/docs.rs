@@ -135,13 +135,16 @@ fn slow_the_deployment_page_can_be_pasted_into_a_shell() {
     assert!(said.contains("up to date") && said.contains("uploads accepted"), "{said}");
 }
 
-#[test]
-fn slow_the_page_of_real_lives_can_be_pasted_into_a_shell() {
+#[tokio::test]
+async fn slow_the_page_of_real_lives_can_be_pasted_into_a_shell() {
     let folder = tempfile::tempdir().unwrap();
+    let service = Service::start(&folder.path().join("fleet.sqlite"), 0);
+    symlink(root().join("models"), folder.path().join("models")).unwrap();
     for set in ["virkler.csv", "gaaslaser.csv", "metalwear.csv"] {
         fs::copy(root().join("tests/data/real").join(set), folder.path().join(set)).unwrap();
     }
     let page = fs::read_to_string(root().join("docs/real-lives.md")).unwrap();
+    let page = page.replace("127.0.0.1:8080", service.url.trim_start_matches("http://"));
     let bin = tests::binary();
     let path = format!("export PATH={}:$PATH\n", bin.parent().expect("a folder").display());
     let said = bash(folder.path(), &format!("{path}{}", script(&page)));
@@ -151,4 +154,8 @@ fn slow_the_page_of_real_lives_can_be_pasted_into_a_shell() {
             assert!(folder.path().join(out).join(file).exists(), "{out}/{file}");
         }
     }
+    assert!(said.contains("of them failed") && said.contains("increase: from 0 to 6"), "{said}");
+    assert!(said.contains("judges the lives that begin from now on"), "{said}");
+    assert_eq!(said.matches(r#""status":"accepted""#).count(), 8, "{said}");
+    assert!(said.contains(r#""fault_vector":{"increase""#) && said.contains(r#""rul_fh":{"mean":"#), "{said}");
 }
