@@ -18,6 +18,7 @@ mod operations;
 mod order;
 mod outages;
 mod own_diagnoses;
+mod own_fleet;
 mod processes;
 mod recorded_lives;
 mod simulation;
