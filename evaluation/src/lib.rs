@@ -43,7 +43,7 @@ mod terms;
 
 pub use contest::{Contestant, Judged, Replays, replay_all};
 pub use digest::Digest;
-pub use estimator::{Law, Linear, Oracle, Ridge, Thesis};
+pub use estimator::{Law, Linear, MixedBrownian, MixedEffects, Oracle, Ridge, Thesis};
 pub use judgement::Metrics;
 pub use knowledge::{Knowledge, Unteachable};
 pub use recorded::{CONSTANT_GROWTH, Recorded};

@@ -136,12 +136,26 @@ enum EstimatorName {
     Similarity,
     /// How long earlier lives went on from the same age; needs --prior with --model
     Climatology,
+    /// Mixed-effects model of exponential growth; only judges, with --limit
+    MixedExponential,
+    /// The same with errors that go on as a Brownian motion; only judges, with --limit
+    MixedBrownian,
+    /// Mixed-effects model of growth along a parabola; only judges, with --limit
+    MixedPolynomial,
     /// The slope of the last 200 h goes on
     Linear,
     /// Rates and biases regressed with a pull towards those of the fleet
     Ridge,
     /// The bound: is told the law of each life by --truth and --growth
     Oracle,
+}
+
+impl EstimatorName {
+    /// Whether it is for lives of any unit alone.
+    fn needs_limits(self) -> bool {
+        use EstimatorName::{Growth, MixedBrownian, MixedExponential, MixedPolynomial, Similarity};
+        matches!(self, Growth | Similarity | MixedExponential | MixedBrownian | MixedPolynomial)
+    }
 }
 
 fn duration(text: &str) -> Result<f64, String> {
@@ -245,8 +259,8 @@ fn chosen(arguments: &Arguments, prior: &LifePrior) -> Result<Vec<EstimatorName>
         Arguments { prior: None, .. } if asked(EstimatorName::Climatology) => {
             Some("--estimator climatology needs the lives of --prior")
         }
-        _ if [EstimatorName::Growth, EstimatorName::Similarity].into_iter().any(asked) => {
-            Some("--estimator growth and similarity need --limit")
+        _ if names.iter().any(|name| name.needs_limits()) => {
+            Some("--estimator growth, similarity and those named mixed-... need --limit")
         }
         _ if asked(EstimatorName::Mixture) && prior.companions.is_none() => Some(
             "--estimator mixture needs --limit, or a model whose prior knows more than growth: `actuary train --histories` \
@@ -284,7 +298,7 @@ fn contestant<'a>(name: EstimatorName, knowledge: &'a Knowledge, own: &'a LifePr
             let companions = own.companions.as_ref().expect("refused before");
             Box::new(companions.beside(&own.growth, model, boundary))
         }
-        EstimatorName::Growth | EstimatorName::Similarity => unreachable!("refused before"),
+        _ => unreachable!("refused before"),
     })
 }
 

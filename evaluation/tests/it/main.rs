@@ -10,6 +10,7 @@ mod histories;
 #[path = "../../../prognosis/tests/it/labelled/mod.rs"]
 mod labelled;
 mod metrics;
+mod mixed;
 mod oracle;
 mod recorded_lives;
 #[path = "../../../prognosis/tests/it/simulated/mod.rs"]

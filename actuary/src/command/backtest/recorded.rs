@@ -4,9 +4,12 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use domain::FaultModel;
-use evaluation::{Contestant, Digest, Judged, Metrics, Records, Terms, backtest::ReplaySettings, replay_all};
+use evaluation::{
+    Contestant, Digest, Judged, Metrics, MixedBrownian, MixedEffects, Records, Terms, backtest::ReplaySettings,
+    replay_all,
+};
 use indicatif::ProgressBar;
-use prognosis::{Lesson, Limits, PredictionSettings, Scale};
+use prognosis::{EndedLife, Lesson, Limits, PredictionSettings, Scale};
 
 use super::{Arguments, EstimatorName, SEED, learned::Learned, refuse, write};
 use crate::{
@@ -40,10 +43,12 @@ pub fn run(arguments: &Arguments, out: &OutputFolder, bar: &ProgressBar) -> Resu
     bar.set_message("learning");
     let (every, settings) = settings(arguments, &teach.scale().expect("a failure teaches"), &judge)?;
     let FleetLesson { scale, faults, sigma, lesson } = FleetLesson::learn(&teach)?;
+    let ended = teach.ended(&scale, &sigma);
     notes.extend(lesson.oddities());
     let recorded = judge.runs(&scale, &sigma, every);
     let limits = Limits::reference(faults.len());
-    let contestant = |name| contestant(name, &lesson, &faults, &limits);
+    let taught = Taught { lesson: &lesson, lives: &ended, faults: &faults, limits: &limits };
+    let contestant = |name| taught.contestant(name);
     let contestants: Vec<Contestant> = names.into_iter().map(contestant).collect();
     bar.set_message("predicting");
     bar.set_length((recorded.len() * contestants.len()) as u64);
@@ -73,26 +78,36 @@ fn chosen(asked: &[EstimatorName]) -> Result<Vec<EstimatorName>, Failure> {
     for name in asked {
         match name {
             _ if names.contains(name) => {}
-            name if DEFAULT_ESTIMATORS.contains(name) => names.push(*name),
+            name if name.needs_limits() || DEFAULT_ESTIMATORS.contains(name) => names.push(*name),
             _ => return Err(refuse(format!("--estimator {} needs --model", super::called(*name)))),
         }
     }
     Ok(names)
 }
 
-fn contestant<'a>(
-    name: EstimatorName,
+/// What the lives that teach have taught, and they themselves.
+struct Taught<'a> {
     lesson: &'a Lesson,
+    lives: &'a [EndedLife],
     faults: &'a FaultModel,
     limits: &'a Limits,
-) -> Contestant<'a> {
-    Contestant::Estimator(match name {
-        EstimatorName::Mixture => Box::new(lesson.mixture(faults, limits)),
-        EstimatorName::Growth => Box::new(lesson.growth(faults, limits)),
-        EstimatorName::Similarity => Box::new(lesson.similarity(faults, limits)),
-        EstimatorName::Climatology => Box::new(lesson.companions.climatology.clone()),
-        _ => unreachable!("refused before"),
-    })
+}
+
+impl<'a> Taught<'a> {
+    fn contestant(&self, name: EstimatorName) -> Contestant<'a> {
+        let Self { lesson, lives, faults, limits } = *self;
+        let observed = "lives that taught a lesson were observed";
+        Contestant::Estimator(match name {
+            EstimatorName::Mixture => Box::new(lesson.mixture(faults, limits)),
+            EstimatorName::Growth => Box::new(lesson.growth(faults, limits)),
+            EstimatorName::Similarity => Box::new(lesson.similarity(faults, limits)),
+            EstimatorName::Climatology => Box::new(lesson.companions.climatology.clone()),
+            EstimatorName::MixedExponential => Box::new(MixedEffects::exponential(lives).expect(observed)),
+            EstimatorName::MixedBrownian => Box::new(MixedBrownian::learn(lives).expect(observed)),
+            EstimatorName::MixedPolynomial => Box::new(MixedEffects::polynomial(lives).expect(observed)),
+            _ => unreachable!("refused before"),
+        })
+    }
 }
 
 /// The time between predictions as it was told, and how to replay.
