@@ -1,15 +1,15 @@
 //! Mixed-effects degradation models: every life follows a curve of one family, with coefficients of its own.
 //!
-//! - What: y(x) = c0 + c1 t (+ c2 t^2) + e of the damage x at age t. The polynomial model takes y = x and a parabola; the
-//!   exponential one y = ln(x + offset) and a line, so that x + offset grows by e^(c1 t).
+//! - What: y(x) = c0 + c1 t (+ c2 t^2) + e of the damage x at age t. The polynomial model takes y = x and a parabola,
+//!   the exponential one y = ln(x + offset) and a line, so that x + offset grows by e^(c1 t).
 //! - Update rule: the coefficients of a life are normal over the fleet ([`Population`], learned by expectation and
-//!   maximisation), and of a life under way they are their posterior. The offset is the one of those tried that makes the
-//!   earlier lives likeliest. A draw is a curve below the limit now; the remaining life is its first passage of the limit.
-//!   Each fault goes by itself, and the first passage of any ends a life.
-//! - Requirements: deviations in reference units with limits at [`REFERENCE_LIMIT`]. Errors e count as independent, which
-//!   rows close to one another seldom are: then these models are surer than they should be.
-//! - Source: Lu and Meeker 1993 for the polynomial model, Gebraeel, Lawley, Li and Ryan 2005 for the exponential one with
-//!   a posterior per unit and a passage that is known to lie ahead.
+//!   maximisation), and of a life under way they are their posterior. The offset is the one of those tried that makes
+//!   the earlier lives likeliest. A draw is a curve below the limit now; the remaining life is its first passage of the
+//!   limit. Each fault goes by itself, and the first passage of any ends a life.
+//! - Requirements: deviations in reference units with limits at [`REFERENCE_LIMIT`]. Errors e count as independent,
+//!   which rows close to one another seldom are: then these models are surer than they should be.
+//! - Source: Lu and Meeker 1993 for the polynomial model, Gebraeel, Lawley, Li and Ryan 2005 for the exponential one
+//!   with a posterior per unit and a passage that is known to lie ahead.
 
 mod brownian;
 mod population;

@@ -2,10 +2,11 @@
 //!
 //! - What: ln(x + offset) = c0 + c1 t + sigma W(t) of the damage x at age t, seen without error of its own.
 //! - Update rule: increments teach the drift c1, normal over the fleet, and sigma; what was seen last is where a life
-//!   stands. The first passage of the limit from there is inverse Gaussian, and known to lie ahead. The offset is the one of
-//!   those tried that makes the increments of the earlier lives likeliest.
+//!   stands. The first passage of the limit from there is inverse Gaussian, and known to lie ahead. The offset is the
+//!   one of those tried that makes the increments of the earlier lives likeliest.
 //! - Requirements: as of [`MixedEffects`](super::MixedEffects). What is error of the measurement counts as motion.
-//! - Source: Gebraeel, Lawley, Li and Ryan 2005, the second of their error models; Michael, Schucany and Haas 1976 for draws.
+//! - Source: Gebraeel, Lawley, Li and Ryan 2005, the second of their error models; Michael, Schucany and Haas 1976 for
+//!   draws.
 
 use nalgebra::SVector;
 use numerics::Stream;
