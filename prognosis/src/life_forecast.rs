@@ -2,8 +2,8 @@
 //!
 //! - What: draws of the end of life from growth by each law, and from what stands beside growth.
 //! - Update rule: the law that weighs most is drawn until it is precise; there are as many draws in all, pooled by
-//!   weight ([`pool`](crate::pool)), and every figure of the remaining life is of those. What drives the end, how
-//!   likely life is over already, and where the boundary was never learned is told by growth.
+//!   weight, and every figure of the remaining life is of those. What drives the end, how likely life is over already,
+//!   and where the boundary was never learned is told by growth.
 //! - Requirements: one law without companions gives the draws of its [`forecast`](crate::forecast()).
 
 use numerics::{Stream, apportion};

@@ -1,7 +1,7 @@
 //! What is known of a life before it begins.
 //!
 //! - What: how faults grow, and, where past lives told it, how long lives go on beside that.
-//! - Update rule: none; [`Lesson::learn`](crate::Lesson::learn) and [`learn_from_ended`](crate::learn_from_finished)
+//! - Update rule: none; [`Lesson::learn`](crate::Lesson::learn) and [`learn_from_ended`](crate::learn_from_ended)
 //!   make it.
 //! - Requirements: one law in the faults' own measure, with nothing beside it, is written as its [`FleetPrior`] alone.
 

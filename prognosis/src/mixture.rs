@@ -1,8 +1,8 @@
 //! Several estimators as one: the linear pool of their forecasts, recalibrated.
 //!
 //! - What: each member gives a share of the draws; what is said of the remaining life comes from all of them together.
-//! - Update rule: none but those of the members and of their [`pool`](crate::pool). The n-th member draws from the n-th
-//!   substream, whatever the others do.
+//! - Update rule: none but those of the members and of how they are pooled. The n-th member draws from the n-th substream,
+//!   whatever the others do.
 //! - Requirements: weights that sum to one. What drives the end is told by the first member that knows of a damage propagation.
 //! - Source: Hall and Mitchell 2007 for pools; weights and recalibration: [`stack`](crate::stack).
 
