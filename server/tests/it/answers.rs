@@ -9,7 +9,7 @@ use crate::house::{House, doubtful, explanation, forecast};
 
 const RUL: &str = "/v1/tails/EC-MXA/positions/AIL-L/rul";
 const HEALTH: &str = "/v1/tails/EC-MXA/positions/AIL-L/health";
-const FIELDS: [&str; 30] = [
+const FIELDS: [&str; 31] = [
     "tail",
     "position",
     "part_number",
@@ -26,6 +26,7 @@ const FIELDS: [&str; 30] = [
     "end_of_life",
     "fault_vector",
     "dominant_fault",
+    "estimator",
     "explanation",
     "doubts",
     "load",
@@ -69,7 +70,15 @@ async fn without_history_every_number_is_null_and_the_reason_is_told() {
         names.sort_unstable();
         expected.sort_unstable();
         assert_eq!(names, expected);
-        for null in ["rul_fh", "censored_fraction", "probability_of_failure", "fault_vector", "explanation", "doubts"] {
+        for null in [
+            "rul_fh",
+            "censored_fraction",
+            "probability_of_failure",
+            "fault_vector",
+            "estimator",
+            "explanation",
+            "doubts",
+        ] {
             assert_eq!(body[null], Value::Null, "{null}");
         }
         assert!(body["missing"].is_string());
@@ -99,6 +108,13 @@ async fn a_forecast_is_told_in_full() {
     assert_eq!(failure[3]["p"], 0.25);
     assert_eq!(body["fault_vector"]["k2"], json!({"value": 0.1, "sigma": 0.01, "trend_per_1000_fh": 0.02}));
     assert_eq!(body["dominant_fault"], "k2");
+    assert_eq!(
+        body["estimator"],
+        json!({
+            "weights": {"climatology": 0.125, "growth": 0.625, "similarity": 0.25},
+            "coverage_of_past_forecasts": {"lives": 15, "forecasts": 210, "level_80": 0.78, "level_95": 0.96},
+        })
+    );
     assert_eq!(body["propagation"]["estimator"], "rbg");
     assert_eq!(body["propagation"]["control_matrix"].as_array().unwrap().len(), 5);
     assert_eq!(

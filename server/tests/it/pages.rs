@@ -82,6 +82,9 @@ async fn a_component_tells_why_in_words() {
         "1.40 \u{b1} 0.20 times as fast",
         "between 3\u{202f}120 and 3\u{202f}280 fh and by a factor of 1.50 (1.20 to 1.90",
         "Since 4\u{202f}820 fh (20 fh ago) the median end of life has moved 85 \u{b1} 12 fh earlier.",
+        "The possible futures are told by growth 62 %, similarity 25 %, climatology 12 %.",
+        "Of 15 past lives, each forecast by what the others teach, 78 % of the 80 % intervals and 96 % of the 95 % \
+         intervals held.",
         "k2 came out at 0.1340 where 0.1000 was expected: 3.4 standard deviations more.",
     ];
     for words in words {
