@@ -98,7 +98,8 @@ impl Model {
     }
 
     /// The forecast for the newest data, `state` being that of the last closed block. Where a gap lies behind that
-    /// block, or where uploads may be a good part of a life apart, what is known since counts as well, before it is a block of its own.
+    /// block, or where uploads may be a good part of a life apart, what is known since counts as well, before it is a
+    /// block of its own.
     fn forecast(
         &self,
         context: &LifeContext,

@@ -1,10 +1,10 @@
 //! A bundle tried out before it judges anything.
 //!
 //! A file may be well-formed and yet hold parts that do not work together: matrices of other sizes, figures
-//! that lead to no number, or to a wrong one. A rehearsal looks at every figure by itself, then takes every online step on
-//! what is known beforehand: maps of known faults, faults that end a life and such that do not, a life without a fault,
-//! one whose fault grows, and one that is over. Maps and verdicts of a bundle that learned from a dataset are not known here;
-//! of faults of an own diagnosis only what the bundle says of their limits.
+//! that lead to no number, or to a wrong one. A rehearsal looks at every figure by itself, then takes every online step
+//! on what is known beforehand: maps of known faults, faults that end a life and such that do not, a life without a
+//! fault, one whose fault grows, and one that is over. Maps and verdicts of a bundle that learned from a dataset are
+//! not known here; of faults of an own diagnosis only what the bundle says of their limits.
 
 mod own_faults;
 

@@ -1,7 +1,7 @@
 //! Whether the figures of a bundle make sense, each by itself.
 //!
-//! A range is where any actuator's figure lies, with a decade or so to spare: it keeps out signs, units and slips of the decimal
-//! point. Whether figures make sense together is for the rehearsal.
+//! A range is where any actuator's figure lies, with a decade or so to spare: it keeps out signs, units and slips of
+//! the decimal point. Whether figures make sense together is for the rehearsal.
 
 use std::ops::RangeInclusive;
 
@@ -58,7 +58,8 @@ const OF_ACTUATORS: PriorRanges = PriorRanges {
     failure_sd_fh: 0.1..=2000.0,
 };
 
-/// What recorded lives teach in reference hours and deviations: growth that slows down, too, and wear that is there at the start.
+/// What recorded lives teach in reference hours and deviations: growth that slows down, too, and wear that is there at
+/// the start.
 const OF_LESSONS: PriorRanges = PriorRanges {
     rate_per_h: -0.05..=0.05,
     bias_per_h: -0.01..=0.01,

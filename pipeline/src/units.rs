@@ -1,7 +1,8 @@
 //! Between what uploads count in and what a prior does.
 //!
 //! - What: hours and faults of a fleet's own diagnosis in reference hours and reference deviations, and back.
-//! - Update rule: a straight line for each fault and for time ([`Scale`]). What maps tell is counted the same by both, to the last bit.
+//! - Update rule: a straight line for each fault and for time ([`Scale`]). What maps tell is counted the same by both,
+//!   to the last bit.
 //! - Requirements: a limit of each fault that differs from what is nominal.
 
 use domain::{
@@ -148,8 +149,9 @@ impl Units {
         draws
     }
 
-    /// The probability that a life with these faults, told in their own units, has failed by itself: some fault is beyond its limit,
-    /// which is what failure is, however late past lives were seen to pass it. `None` where a surrogate tells it.
+    /// The probability that a life with these faults, told in their own units, has failed by itself: some fault is
+    /// beyond its limit, which is what failure is, however late past lives were seen to pass it. `None` where a
+    /// surrogate tells it.
     pub fn probability_beyond(&self, faults: &[FaultTrend]) -> Option<f64> {
         let Self::Own { ways, .. } = self else { return None };
         let beyond = |(fault, way): (&FaultTrend, &Way)| {

@@ -29,7 +29,7 @@ use crate::{
 };
 
 /// Number of lives that the parent counts as.
-pub(crate) const PARENT_LIVES: f64 = 5.0;
+const PARENT_LIVES: f64 = 5.0;
 /// Rounds of expectation and maximisation: how fast faults grow is seen slowly, by few faults of each life.
 const ROUNDS: usize = 12;
 /// Weights of growth, similarity and climatology under a parent that knows of growth alone.

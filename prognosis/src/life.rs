@@ -69,12 +69,12 @@ impl MeasuredLife {
 
 impl MeasuredLaw {
     fn new(law: &GrowthLaw, observations: &[Observation], plain: &[Block]) -> Self {
-        let clock = &law.prior.clock;
-        let measured: Vec<Observation> = observations.iter().map(|seen| law.coordinate.observation(seen)).collect();
-        let mut blocks = blocks(&measured, clock);
-        let since = unclosed(&measured, &blocks, clock);
-        // Times are those of the plain ones, which may have been mended.
-        blocks.iter_mut().zip(plain).for_each(|(block, plain)| block.centre_fh = plain.centre_fh);
+        let (blocks, since) = match law.coordinate {
+            identity if identity == Coordinate::IDENTITY => {
+                (plain.to_vec(), unclosed(observations, plain, &law.prior.clock))
+            }
+            _ => law.blocks(observations, plain),
+        };
         let stretched = plain.iter().scan(0.0, |sum, block| {
             *sum += law.log_stretch(&block.mean);
             Some(*sum)
@@ -86,6 +86,19 @@ impl MeasuredLaw {
             blocks,
             since,
         }
+    }
+}
+
+impl GrowthLaw {
+    /// Blocks in its measure, closed where the plain ones are, and what is known since.
+    fn blocks(&self, observations: &[Observation], plain: &[Block]) -> (Vec<Block>, Option<Block>) {
+        let clock = &self.prior.clock;
+        let measured: Vec<Observation> = observations.iter().map(|seen| self.coordinate.observation(seen)).collect();
+        let mut blocks = blocks(&measured, clock);
+        let since = unclosed(&measured, &blocks, clock);
+        // Times are those of the plain ones, which may have been mended.
+        blocks.iter_mut().zip(plain).for_each(|(block, plain)| block.centre_fh = plain.centre_fh);
+        (blocks, since)
     }
 }
 

@@ -131,25 +131,26 @@ fn from_maps(arguments: Arguments) -> Result<()> {
     let started = Instant::now();
     let bundle = pipeline::train(&settings, dataset.as_ref(), &Bar::new())
         .map_err(|error| refused(error, arguments.dataset.as_deref()))?;
-    let model = write(&bundle, &out)?;
+    let model = write(&bundle, &out, |_| Ok(()))?;
     report(&model, &arguments.out, started.elapsed().as_secs_f64());
     Ok(())
 }
 
-/// Writes a bundle that can be read.
-fn write(bundle: &Bundle, out: &OutputFile) -> Result<Model> {
+/// Writes a bundle that can be read and that passes a check.
+fn write(bundle: &Bundle, out: &OutputFile, check: impl FnOnce(&Model) -> Result<()>) -> Result<Model> {
     let bytes = bundle.to_bytes();
     let model = Model::from_bytes(&bytes)?;
+    check(&model)?;
     out.write(|writer| writer.write_all(&bytes))?;
     Ok(model)
 }
 
 /// Writes a bundle that recorded lives have taught, if it can be served.
 fn write_taught(bundle: &Bundle, out: &OutputFile) -> Result<Model> {
-    let model = Model::from_bytes(&bundle.to_bytes())?;
-    let served = model.rehearse();
-    served.map_err(|error| refuse(format!("what these lives teach cannot be served: {error}")))?;
-    write(bundle, out)
+    write(bundle, out, |model| {
+        let served = model.rehearse();
+        Ok(served.map_err(|error| refuse(format!("what these lives teach cannot be served: {error}")))?)
+    })
 }
 
 /// What the files of recorded lives hold.

@@ -12,7 +12,7 @@ use super::super::{
         sealed::Sealed,
     },
 };
-use super::life::{self, LifeRow};
+use super::life::{self, LifeRow, judged_by};
 use crate::StoreError;
 
 /// A life that ended, and the generation that answers for it.
@@ -156,12 +156,9 @@ pub(crate) async fn judged_by(
     let rows: Vec<EndingRow> = sqlx::query_as(endings!(
         "lives l",
         credible_end!(),
-        "and l.part_number = $2
-         and exists (
-           select 1 from generations g
-           where g.operator = l.operator and g.part_number = l.part_number and g.serial_number = l.serial_number
-             and g.overhaul_index = l.overhaul_index and g.number = l.generation and g.model = $3)
-         order by l.serial_number, l.overhaul_index"
+        "and ",
+        judged_by!(),
+        "order by l.serial_number, l.overhaul_index"
     ))
     .bind(operator.as_str())
     .bind(part_number.as_str())

@@ -42,6 +42,18 @@ macro_rules! life_columns {
 }
 pub(crate) use life_columns;
 
+/// A condition: a life `l` is of the part number $2 of the operator $1, and the bundle $3 judges it.
+macro_rules! judged_by {
+    () => {
+        "l.operator = $1 and l.part_number = $2
+         and exists (
+           select 1 from generations g
+           where g.operator = l.operator and g.part_number = l.part_number and g.serial_number = l.serial_number
+             and g.overhaul_index = l.overhaul_index and g.number = l.generation and g.model = $3) "
+    };
+}
+pub(super) use judged_by;
+
 /// Lives for which a condition holds.
 macro_rules! lives {
     ($condition:literal) => {

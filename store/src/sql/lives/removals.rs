@@ -4,7 +4,7 @@ use domain::{ContentHash, OperatorId, PartNumber};
 
 use super::{
     super::{Connection, ground::sealed::Sealed},
-    life::{LifeRow, life_columns},
+    life::{LifeRow, judged_by, life_columns},
 };
 use crate::StoreError;
 
@@ -19,12 +19,9 @@ pub(crate) async fn judged_by(
         "select ",
         life_columns!(),
         "from lives l
-         where l.operator = $1 and l.part_number = $2 and l.ended_by is null
-           and exists (
-             select 1 from generations g
-             where g.operator = l.operator and g.part_number = l.part_number and g.serial_number = l.serial_number
-               and g.overhaul_index = l.overhaul_index and g.number = l.generation and g.model = $3)
-           and (
+         where l.ended_by is null and ",
+        judged_by!(),
+        "  and (
              exists (
                select 1 from lives n
                where n.operator = l.operator and n.part_number = l.part_number and n.serial_number = l.serial_number
