@@ -32,6 +32,12 @@ pub struct Estimate {
     /// Ambient temperature relative to its reference and scale, dimensionless: the third entry of u.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub temperature: Option<f64>,
+    /// Mean size of the load ratio of its samples, dimensionless: what the motor itself tells of its load.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub load_ratio: Option<f64>,
+    /// Whether the aircraft was on the ground, where its hours are not flown.
+    #[serde(skip_serializing_if = "std::ops::Not::not", default)]
+    pub on_ground: bool,
 }
 
 /// A diagnosis, or why there is none.

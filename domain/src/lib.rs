@@ -17,6 +17,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+pub mod ahead;
 mod as_of;
 pub mod audit;
 pub mod block;
@@ -38,6 +39,7 @@ pub mod load_ratio;
 pub mod maintenance;
 pub mod mask;
 mod own_diagnosis;
+mod pace;
 pub mod principal;
 pub mod prognosis;
 pub mod range;
@@ -54,6 +56,7 @@ pub mod upload;
 mod upload_state;
 mod warning;
 
+pub use ahead::Ahead;
 pub use as_of::AsOf;
 pub use audit::{Act, Action, Actor, AuditRecord};
 pub use bundle_summary::BundleSummary;
@@ -73,6 +76,7 @@ pub use load_ratio::LoadRatio;
 pub use maintenance::{EventKind, Finding, MaintenanceEvent};
 pub use mask::{Coordinate, Mask};
 pub use own_diagnosis::{OwnDiagnosis, OwnFault};
+pub use pace::Pace;
 pub use principal::{Permission, Principal, Scope};
 pub use prognosis::{FaultTrend, Prognosis, Propagation, Status};
 pub use reading::{MapSamples, Reading};
@@ -88,7 +92,7 @@ pub use upload_state::UploadStateKind;
 pub use warning::{Warning, WarningKind};
 
 /// Raised only when the numbers served for the same input may change.
-pub const NUMERICS_VERSION: u32 = 5;
+pub const NUMERICS_VERSION: u32 = 6;
 
 /// The sentence that goes with every served number.
 pub const ADVISORY: &str =

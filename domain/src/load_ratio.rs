@@ -18,6 +18,20 @@ pub enum LoadRatio {
     PerSample(Vec<Option<f64>>),
 }
 
+impl LoadRatio {
+    /// Mean size; `None` where there is none.
+    pub fn mean_size(&self) -> Option<f64> {
+        match self {
+            Self::Mean(ratio) => Some(ratio.abs()),
+            Self::PerSample(ratios) => {
+                let known = ratios.iter().flatten();
+                let count = known.clone().count();
+                (count > 0).then(|| known.map(|ratio| ratio.abs()).sum::<f64>() / count as f64)
+            }
+        }
+    }
+}
+
 /// By hand, because an untagged enum loses the path to the element at fault.
 impl<'de> Deserialize<'de> for LoadRatio {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    AsOf, ContentHash, Doubt, Ensemble, Explanation, HingeLoad, RulDistribution, Timestamp, block::MIN_OBSERVATIONS,
+    AsOf, ContentHash, Doubt, Ensemble, Explanation, HingeLoad, Pace, RulDistribution, Timestamp,
+    block::MIN_OBSERVATIONS,
 };
 
 /// One entry of the filtered fault vector.
@@ -93,6 +94,9 @@ pub struct Forecast {
     /// Who speaks in it; `None` where growth alone does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ensemble: Option<Ensemble>,
+    /// How fast the life wears by its load and temperature; `None` where nobody knows what they do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pace: Option<Pace>,
     /// Why it says so.
     #[serde(default)]
     pub explanation: Explanation,

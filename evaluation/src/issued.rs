@@ -86,6 +86,7 @@ mod tests {
             median_error_fh: None,
             probability_failed: 0.0,
             seed: 1,
+            pace: None,
             ensemble: None,
             explanation: Explanation::default(),
             doubts: Vec::new(),

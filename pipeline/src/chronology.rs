@@ -218,6 +218,8 @@ mod tests {
             outcome: Outcome::Undiagnosable { valid_samples: 0, needed: 11 },
             load: None,
             temperature: None,
+            load_ratio: None,
+            on_ground: false,
         }
     }
 

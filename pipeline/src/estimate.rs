@@ -67,6 +67,8 @@ impl Model {
             outcome,
             load: self.load(upload, sensors)?,
             temperature: self.temperature(upload),
+            load_ratio: upload.reading.samples().and_then(|reading| reading.load_ratio.as_ref()?.mean_size()),
+            on_ground: upload.on_ground == Some(true),
         })
     }
 

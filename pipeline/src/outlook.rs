@@ -6,7 +6,7 @@
 //! spares the way up to it and changes no result.
 
 use domain::{
-    Doubt, DoubtKind, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, NUMERICS_VERSION, Prognosis,
+    Ahead, Doubt, DoubtKind, Estimate, Explanation, FaultGroup, FaultModel, FaultTrend, NUMERICS_VERSION, Prognosis,
     RulDistribution, SetAside, State,
     explanation::Driver,
     prognosis::{Forecast, Gap, InsufficientHistory},
@@ -50,7 +50,8 @@ impl Model {
     ///
     /// `known` are its stored states, by block; `recalled` is one of the filters that
     /// [`Course::recallable`] asks for, or none. Where newer data of the life wait already (`superseded`), a forecast
-    /// that would differ from the last one by an open block only is left to them.
+    /// that would differ from the last one by an open block only is left to them. The prognosis, and it alone, reckons with
+    /// what is told of the flights `ahead`.
     pub fn outlook(
         &self,
         context: &LifeContext,
@@ -58,6 +59,7 @@ impl Model {
         known: &[State],
         recalled: Option<Checkpoint>,
         superseded: bool,
+        ahead: &Ahead,
     ) -> Result<Outlook, OutlookError> {
         let mut outlook = Outlook {
             states_from: first_block(known),
@@ -67,6 +69,7 @@ impl Model {
             checkpoints: Vec::new(),
             latest: None,
         };
+        let _ = ahead;
         let Some(newest) = &course.newest else { return Ok(outlook) };
         let standing = course.standing(known);
         outlook.states_from = states_from(course, known, standing);
@@ -127,6 +130,7 @@ impl Model {
             median_error_fh: draws.median_error_fh,
             probability_failed: beyond.max(draws.failed_fraction),
             seed: SEED,
+            pace: None,
             ensemble: context.prior.body.companions.as_ref().map(Companions::ensemble),
             explanation: Explanation {
                 drivers: drivers(&self.bundle.faults, &draws),

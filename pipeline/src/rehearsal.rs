@@ -15,7 +15,7 @@ use std::{
 
 use diagnosis::Measurement;
 use domain::{
-    Component, Diagnosis, Estimate, FaultGroup, FaultModel, FaultVector, Invalid, Life, LoadRatio, Mask,
+    Ahead, Component, Diagnosis, Estimate, FaultGroup, FaultModel, FaultVector, Invalid, Life, LoadRatio, Mask,
     NUMERICS_VERSION, Outcome, Timestamp, prognosis::Forecast,
 };
 use ema::{
@@ -365,7 +365,7 @@ impl Model {
         };
         let life = Life { component, overhaul_index: 0 };
         let context = LifeContext { life: &life, generation: 1, prior: self.prior(), began_fh: 0.0 };
-        let outlook = self.outlook(&context, &self.course(&context, history), &[], None, false)?;
+        let outlook = self.outlook(&context, &self.course(&context, history), &[], None, false, &Ahead::default())?;
         let none = |found: String| RehearsalError::Forecast { life: "with a history has no forecast", found };
         match outlook.prognosis.map(|prognosis| prognosis.forecast) {
             Some(Ok(forecast)) => Ok(forecast),
@@ -394,6 +394,8 @@ impl Model {
             }),
             load: None,
             temperature: None,
+            load_ratio: None,
+            on_ground: false,
         }
     }
 }

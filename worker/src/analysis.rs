@@ -6,7 +6,7 @@ use std::{
     sync::Arc,
 };
 
-use domain::{ContentHash, Estimate, Life, SetAside, SetAsideReason, State, Timestamp};
+use domain::{Ahead, ContentHash, Estimate, Life, SetAside, SetAsideReason, State, Timestamp};
 use pipeline::{Checkpoint, Course, EstimateError, LifeContext, Model, OutlookError, Prior, recorded_in_the_past};
 use store::{LifeInputs, LifeResults, Unestimated};
 
@@ -57,7 +57,7 @@ impl Reading {
     ) -> Result<(LifeResults, Option<Checkpoint>), OutlookError> {
         let Self { life, generation, began_fh, prior, .. } = &self;
         let context = LifeContext { life, generation: *generation, prior, began_fh: *began_fh };
-        let outlook = model.outlook(&context, &self.course, &self.known, recalled, superseded)?;
+        let outlook = model.outlook(&context, &self.course, &self.known, recalled, superseded, &Ahead::default())?;
         let results = LifeResults {
             overhaul_index: self.life.overhaul_index,
             generation: self.generation,

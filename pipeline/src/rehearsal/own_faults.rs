@@ -60,6 +60,8 @@ impl Model {
             outcome: Outcome::Diagnosed(Diagnosis { fault_vector, sigma: measure.sigma.clone(), fit: None }),
             load: None,
             temperature: None,
+            load_ratio: None,
+            on_ground: false,
         }
     }
 }

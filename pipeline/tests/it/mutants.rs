@@ -1,6 +1,8 @@
 //! Bundles with one thing changed, as a slip of the hand or of a program changes it: each is refused, or answers as the original.
 
-use domain::{Component, Diagnosis, Estimate, FaultVector, Life, LoadRatio, NUMERICS_VERSION, Outcome, Timestamp};
+use domain::{
+    Ahead, Component, Diagnosis, Estimate, FaultVector, Life, LoadRatio, NUMERICS_VERSION, Outcome, Timestamp,
+};
 use ema::{closed_form, faults::ElectricalFaults};
 use numerics::Stream;
 use pipeline::{LifeContext, Measurement, Model};
@@ -84,6 +86,8 @@ impl Answers {
                 }),
                 load: None,
                 temperature: None,
+                load_ratio: None,
+                on_ground: false,
             }
         };
         let history: Vec<Estimate> = (0..uploads).map(&mut estimate).collect();
@@ -94,7 +98,8 @@ impl Answers {
         };
         let life = Life { component, overhaul_index: 0 };
         let context = LifeContext { life: &life, generation: 1, prior: model.prior(), began_fh: 0.0 };
-        let outlook = model.outlook(&context, &model.course(&context, &history), &[], None, false).unwrap();
+        let outlook =
+            model.outlook(&context, &model.course(&context, &history), &[], None, false, &Ahead::default()).unwrap();
         let forecast = outlook.prognosis.unwrap().forecast.unwrap();
         self.medians_fh.push(forecast.rul.quantile_fh(0.5).unwrap_or(10_000.0));
         self.failed.push(forecast.probability_failed);

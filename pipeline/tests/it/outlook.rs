@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use domain::{
-    Component, ContentHash, Diagnosis, DoubtKind, Estimate, FaultVector, Life, LoadRatio, MapFit, MapSamples, Mask,
-    NUMERICS_VERSION, Outcome, Prognosis, Reading, SetAsideReason, State, Timestamp, Upload,
+    Ahead, Component, ContentHash, Diagnosis, DoubtKind, Estimate, FaultVector, Life, LoadRatio, MapFit, MapSamples,
+    Mask, NUMERICS_VERSION, Outcome, Prognosis, Reading, SetAsideReason, State, Timestamp, Upload,
     prognosis::{Forecast, Status},
 };
 use ema::{closed_form, faults::ElectricalFaults};
@@ -28,7 +28,7 @@ fn life() -> Life {
 fn outlook(model: &Model, estimates: &[Estimate], known: &[State]) -> Outlook {
     let life = life();
     let context = LifeContext { life: &life, generation: 1, prior: model.prior(), began_fh: 0.0 };
-    model.outlook(&context, &model.course(&context, estimates), known, None, false).unwrap()
+    model.outlook(&context, &model.course(&context, estimates), known, None, false, &Ahead::default()).unwrap()
 }
 
 /// Estimates every four hours of a short that grows exponentially.
@@ -57,6 +57,8 @@ fn growing(model: &Model, from: f64, count: u32) -> Vec<Estimate> {
             }),
             load: None,
             temperature: None,
+            load_ratio: None,
+            on_ground: false,
         }
     };
     (0..count).map(&mut estimate).collect()
@@ -295,7 +297,7 @@ fn a_recalled_filter_changes_nothing() {
         let known = &whole.states[..standing.min(whole.states.len())];
         let wanted = course.recallable(known).contains(&(kept.block, kept.digest));
         assert_eq!(wanted, known.iter().any(|state| state.block == kept.block), "{count} of {standing}");
-        let recalled = model.outlook(&context, &course, known, Some(kept), false).unwrap();
+        let recalled = model.outlook(&context, &course, known, Some(kept), false, &Ahead::default()).unwrap();
         assert_eq!(recalled.states, whole.states[known.len()..]);
         assert_eq!((recalled.prognosis, recalled.latest), (whole.prognosis.clone(), whole.latest.clone()));
     }
@@ -309,7 +311,7 @@ fn a_superseded_forecast_is_left_out_unless_a_block_was_closed() {
     let all = estimates(&model, 62);
     let superseded = |count: usize, known: &[State]| {
         let course = model.course(&context, &all[..count]);
-        model.outlook(&context, &course, known, None, true).unwrap()
+        model.outlook(&context, &course, known, None, true, &Ahead::default()).unwrap()
     };
     let whole = outlook(&model, &all[..60], &[]);
     let known = &whole.states;

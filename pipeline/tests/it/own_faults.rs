@@ -1,8 +1,8 @@
 //! Bundles of faults that no map is read for.
 
 use domain::{
-    Component, Diagnosis, Estimate, FaultGroup, FaultMeasure, FaultModel, FaultVector, Life, NUMERICS_VERSION, Outcome,
-    Timestamp,
+    Ahead, Component, Diagnosis, Estimate, FaultGroup, FaultMeasure, FaultModel, FaultVector, Life, NUMERICS_VERSION,
+    Outcome, Timestamp,
 };
 use pipeline::{Assessment, Bundle, Checkpoint, EstimateError, LifeContext, Measurement, Model, PastLife, Prior};
 use prognosis::{Coordinate, FleetPrior, GrowthLaw, LifePrior};
@@ -138,6 +138,8 @@ fn crack(model: &Model, pace: f64) -> Vec<Estimate> {
             }),
             load: None,
             temperature: None,
+            load_ratio: None,
+            on_ground: false,
         })
     };
     (0..).map_while(seen).collect()
@@ -168,7 +170,7 @@ fn a_recalled_filter_of_several_laws_and_their_companions_goes_on_with_the_same_
     let context = LifeContext { life: &life, generation: 1, prior: &learned, began_fh: 0.0 };
     let outlook = |count: usize, known: &[_], recalled| {
         let course = model.course(&context, &estimates[..count]);
-        model.outlook(&context, &course, known, recalled, false).unwrap()
+        model.outlook(&context, &course, known, recalled, false, &Ahead::default()).unwrap()
     };
     let (half, count) = (outlook(120, &[], None), 150);
     let whole = outlook(count, &[], None);

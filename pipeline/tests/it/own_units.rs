@@ -3,8 +3,8 @@
 use std::sync::OnceLock;
 
 use domain::{
-    Component, Diagnosis, Estimate, FaultMeasure, FaultModel, FaultVector, Life, NUMERICS_VERSION, Outcome, State,
-    Timestamp,
+    Ahead, Component, Diagnosis, Estimate, FaultMeasure, FaultModel, FaultVector, Life, NUMERICS_VERSION, Outcome,
+    State, Timestamp,
 };
 use numerics::Stream;
 use pipeline::{Assessment, Bundle, LifeContext, Model, Outlook, PastLife};
@@ -87,7 +87,7 @@ impl Fleet {
         };
         let life = Life { component, overhaul_index: 0 };
         let context = LifeContext { life: &life, generation: 1, prior: model.prior(), began_fh: 0.0 };
-        model.outlook(&context, &model.course(&context, &history), &[], None, false).unwrap()
+        model.outlook(&context, &model.course(&context, &history), &[], None, false, &Ahead::default()).unwrap()
     }
 }
 
@@ -107,6 +107,8 @@ fn estimate(model: &Model, number: u32, flight_hours: f64, value: f64) -> Estima
         }),
         load: None,
         temperature: None,
+        load_ratio: None,
+        on_ground: false,
     }
 }
 

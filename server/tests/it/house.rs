@@ -380,6 +380,8 @@ fn estimate(upload: &Upload, inputs: &LifeInputs) -> Estimate {
         outcome,
         load: upload.air_data.as_ref().map(|_| load()),
         temperature: None,
+        load_ratio: None,
+        on_ground: false,
     }
 }
 
@@ -450,6 +452,7 @@ pub fn forecast(ending: usize) -> Forecast {
         median_error_fh: None,
         probability_failed: 0.0,
         seed: u64::MAX,
+        pace: None,
         ensemble: Some(ensemble()),
         explanation: Explanation::default(),
         doubts: Vec::new(),

@@ -43,6 +43,8 @@ fn diagnosed(model: &Model, upload: &Upload, faults: usize) -> Estimate {
         }),
         load: None,
         temperature: None,
+        load_ratio: None,
+        on_ground: false,
     }
 }
 
