@@ -8,5 +8,7 @@ pub mod histories;
 pub mod labels;
 pub mod motor;
 pub mod output;
+pub mod plans;
 pub mod records;
+pub mod stress;
 pub mod table;

@@ -3,7 +3,8 @@
 use domain::FaultModel;
 use evaluation::Records;
 use prognosis::{
-    EndedLife, Lesson, NoResiduals, Observation, REFERENCE_LIMIT, Scale, fit_residual_noise, scale::reference_faults,
+    EndedLife, Lesson, NoResiduals, Observation, PaceLaw, PaceLesson, REFERENCE_LIMIT, Scale, fit_residual_noise,
+    scale::reference_faults,
 };
 
 use crate::exit::Failure;
@@ -21,6 +22,8 @@ pub struct FleetLesson {
     pub sigma: Vec<f64>,
     /// All else.
     pub lesson: Lesson,
+    /// What was learned of the pace, believed or not, where lives tell of load or temperature.
+    pub pace: Option<PaceLesson>,
 }
 
 impl FleetLesson {
@@ -29,9 +32,9 @@ impl FleetLesson {
         let scale = teach.scale().expect("a failure teaches");
         let faults = reference_faults(teach.faults.clone());
         let sigma = noise(teach, &scale)?;
-        let lesson = Lesson::learn(&teach.ended(&scale, &sigma), &faults, SEED);
-        let lesson = lesson.map_err(|error| Failure::BadInput(error.to_string()))?;
-        Ok(Self { scale, faults, sigma, lesson })
+        let lesson = Lesson::learn_with_pace(&teach.ended(&scale, &sigma), &faults, SEED);
+        let (lesson, pace) = lesson.map_err(|error| Failure::BadInput(error.to_string()))?;
+        Ok(Self { scale, faults, sigma, lesson, pace })
     }
 }
 
@@ -50,4 +53,14 @@ fn noise(teach: &Records, scale: &Scale) -> Result<Vec<f64>, Failure> {
         Failure::BadInput(format!("column {}: {error}; tell it by --sigma {0}=VALUE", teach.faults[fault]))
     })?;
     Ok(told.into_iter().zip(found).map(|(told, found)| told.unwrap_or(found)).collect())
+}
+
+/// What lives taught of the pace of wear, in words.
+pub fn told_pace(lesson: &PaceLesson) -> String {
+    let PaceLaw { exponent, temperature, .. } = &lesson.law;
+    let (gain, is) = (lesson.gain, if lesson.is_believed() { "believed" } else { "not believed, both count as 0" });
+    format!(
+        "wear goes with load to the power {:.2} (sd {:.2}) and exp({:.3} x temperature) (sd {:.3}): {is}, by {gain:.1} nats of evidence",
+        exponent.mean, exponent.sd, temperature.mean, temperature.sd
+    )
 }

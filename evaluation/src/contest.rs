@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use domain::FaultModel;
-use prognosis::{Estimator, FailureTimeError};
+use prognosis::{Estimator, FailureTimeError, Paced};
 use rayon::prelude::*;
 
 use crate::{
@@ -15,6 +15,8 @@ use crate::{
 pub enum Contestant<'a> {
     /// An estimator that knows what earlier lives have taught.
     Estimator(Box<dyn Estimator + 'a>),
+    /// The same by the pace of each life, and the plan of what it will fly.
+    Paced(Paced<'a>),
     /// An estimator that is told the law of each life as well.
     Oracle(&'a Knowledge),
 }
@@ -24,6 +26,7 @@ impl Contestant<'_> {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Estimator(estimator) => estimator.name(),
+            Self::Paced(paced) => paced.inner.name(),
             Self::Oracle(_) => Oracle::NAME,
         }
     }
@@ -32,6 +35,7 @@ impl Contestant<'_> {
     fn replay(&self, recorded: &Recorded, settings: &ReplaySettings) -> Replay {
         match self {
             Self::Estimator(estimator) => replay_until(&recorded.run, estimator.as_ref(), settings, recorded.goes_on),
+            Self::Paced(paced) => replay_until(&recorded.run, &paced.told(&recorded.plan), settings, recorded.goes_on),
             Self::Oracle(Knowledge { faults: model, surrogate: boundary, prior, .. }) => {
                 let of_law = |law| replay(&recorded.run, &Oracle { model, prior, boundary, law }, settings);
                 recorded.law.as_ref().map_or_else(Replay::default, of_law)

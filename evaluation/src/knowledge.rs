@@ -2,8 +2,8 @@
 
 use domain::FaultModel;
 use prognosis::{
-    FinishedLife, FitSettings, FleetPrior, NoHistory, NoNoise, Observation, fit_consistency, fit_failure_time_error,
-    fit_growth_changes, fit_noise, fit_prior, surrogate::Surrogate,
+    Coordinate, EndedLife, FinishedLife, FitSettings, FleetPrior, NoHistory, NoNoise, Observation, PaceLaw, PaceLesson,
+    fit_consistency, fit_failure_time_error, fit_growth_changes, fit_noise, fit_prior, surrogate::Surrogate,
 };
 
 use crate::Recorded;
@@ -24,8 +24,10 @@ pub struct Knowledge {
     pub changing_prior: Option<FleetPrior>,
     /// Standard deviation of one observation of each fault.
     pub sigma: Vec<f64>,
-    /// Lengths of the lives that taught the prior, flight hours; none without their histories.
+    /// Lengths of the lives that taught the prior, hours; none without their histories.
     pub lives_fh: Vec<f64>,
+    /// What load and temperature do, where lives told it; all else is in damage-equivalent hours then.
+    pub pace: Option<PaceLaw>,
 }
 
 /// Histories that teach nothing.
@@ -58,6 +60,7 @@ impl Knowledge {
             changing_prior: prior.growth_changes.is_some().then(|| prior.clone()),
             sigma,
             lives_fh: Vec::new(),
+            pace: None,
         }
     }
 
@@ -96,6 +99,33 @@ impl Knowledge {
         self.sigma = fit_noise(&lives, &self.faults)?;
         lives.iter_mut().for_each(|life| self.set_noise(life));
         self.prior = fit_prior(&lives, &self.faults, &FitSettings::default())?;
+        self.learn_on(lives, growth_changes, seed)
+    }
+
+    /// The same where load and temperature may act; returns what was learned of that, believed or not.
+    pub fn learn_with_pace(
+        &mut self,
+        mut lives: Vec<Vec<Observation>>,
+        growth_changes: bool,
+        seed: u64,
+    ) -> Result<Option<PaceLesson>, Unteachable> {
+        self.sigma = fit_noise(&lives, &self.faults)?;
+        lives.iter_mut().for_each(|life| self.set_noise(life));
+        self.prior = fit_prior(&lives, &self.faults, &FitSettings::default())?;
+        let ended: Vec<EndedLife> = lives.into_iter().map(EndedLife::failed_at_last).collect();
+        let lesson = PaceLaw::learn(&ended, &self.faults, (Coordinate::IDENTITY, &self.prior), None);
+        self.pace = lesson.as_ref().filter(|lesson| lesson.is_believed()).map(|lesson| lesson.law.clone());
+        let aged = |life: EndedLife| self.pace.as_ref().map_or(life.clone(), |law| life.aged(law)).observations;
+        let lives: Vec<Vec<Observation>> = ended.into_iter().map(aged).collect();
+        if self.pace.is_some() {
+            self.prior = fit_prior(&lives, &self.faults, &FitSettings::default())?;
+        }
+        self.learn_on(lives, growth_changes, seed)?;
+        Ok(lesson)
+    }
+
+    /// What rests on the prior of constant growth.
+    fn learn_on(&mut self, lives: Vec<Vec<Observation>>, growth_changes: bool, seed: u64) -> Result<(), Unteachable> {
         self.changing_prior = None;
         if growth_changes {
             self.changing_prior = Some(fit_growth_changes(&self.prior, &lives, &self.faults)?);

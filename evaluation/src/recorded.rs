@@ -1,5 +1,7 @@
 //! Recorded lives, as estimators are judged on them.
 
+use prognosis::Told;
+
 use crate::{Law, backtest::Run};
 
 /// The regime of a life whose growth never changes.
@@ -16,6 +18,8 @@ pub struct Recorded {
     pub goes_on: bool,
     /// What is true of its growth, for the oracle, where that is known.
     pub law: Option<Law>,
+    /// What is told of its missions, hours since its start, in ascending order.
+    pub plan: Vec<Told>,
 }
 
 impl Recorded {

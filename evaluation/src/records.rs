@@ -5,7 +5,7 @@
 
 use domain::FaultVector;
 use numerics::quantile;
-use prognosis::{EndedLife, Ending, Observation, Scale, scale::reference_deviation};
+use prognosis::{EndedLife, Ending, Flight, Observation, Scale, scale::reference_deviation};
 
 use crate::{Recorded, backtest::Run};
 
@@ -34,6 +34,8 @@ pub struct RecordedLife {
     pub times: Vec<f64>,
     /// Severity of each fault at each time.
     pub severities: Vec<Vec<f64>>,
+    /// What acts on wear at each time, load and temperature relative to their references; empty where neither is told.
+    pub stress: Vec<[Option<f64>; 2]>,
     /// When it ended: the interpolated first passage of a limit, the last time else. `None` for one that goes on.
     pub end: Option<RecordedEnd>,
 }
@@ -65,6 +67,7 @@ impl Records {
                 regime: None,
                 goes_on: life.end.is_none(),
                 law: None,
+                plan: Vec::new(),
             }
         };
         self.lives.iter().map(run).collect()
@@ -75,7 +78,8 @@ impl Records {
         let ended = |life: &RecordedLife| {
             let RecordedEnd { time, ending } = life.end?;
             let observations = life.observations(sigma, |time| scale.reference_fh(time));
-            Some(EndedLife { observations, end_fh: scale.reference_fh(time), ending })
+            let flights = observations.iter().map(Flight::of).collect();
+            Some(EndedLife { flights, observations, end_fh: scale.reference_fh(time), ending })
         };
         self.lives.iter().filter_map(ended).collect()
     }
@@ -95,13 +99,13 @@ impl Records {
 
 impl RecordedLife {
     fn observations(&self, sigma: &[f64], reference_fh: impl Fn(f64) -> f64) -> Vec<Observation> {
-        let observation = |(time, severities): (&f64, &Vec<f64>)| Observation {
+        let observation = |(index, (time, severities)): (usize, (&f64, &Vec<f64>))| Observation {
             t_fh: reference_fh(*time),
             fault_vector: FaultVector(severities.iter().map(|severity| reference_deviation(*severity)).collect()),
             sigma: sigma.to_vec(),
-            load: None,
-            temperature: None,
+            load: self.stress.get(index).and_then(|[load, _]| *load),
+            temperature: self.stress.get(index).and_then(|[_, temperature]| *temperature),
         };
-        self.times.iter().zip(&self.severities).map(observation).collect()
+        self.times.iter().zip(&self.severities).enumerate().map(observation).collect()
     }
 }

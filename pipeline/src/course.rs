@@ -1,13 +1,16 @@
 //! The course of a life: what counts of it, in closed blocks, each with the digest of all that its state
 //! rests on.
 
-use std::collections::{HashMap, HashSet};
+use std::{
+    collections::{HashMap, HashSet},
+    ops::Range,
+};
 
 use domain::{
     ContentHash, Estimate, NUMERICS_VERSION, Outcome, SetAside, SetAsideReason, State, UploadId,
     block::MIN_OBSERVATIONS, prognosis::Gap,
 };
-use prognosis::{Block, Clock, MeasuredLife, Observation, blocks};
+use prognosis::{Block, Clock, Flight, MeasuredLife, Observation, WearClock, blocks};
 use serde::Serialize;
 
 use crate::{LifeContext, Model, chronology::implausible_hours};
@@ -27,6 +30,8 @@ pub struct Course {
     pub(crate) newest: Option<Estimate>,
     /// Closed blocks of the usable ones.
     pub(crate) blocks: Vec<Block>,
+    /// The life's damage-equivalent hours, where the pace of wear is known: blocks lie by them.
+    pub(crate) wear_clock: Option<WearClock>,
     /// What the prior's laws and levels make of them.
     pub(crate) measured: MeasuredLife,
     /// What lies between the last closed block and those of no block yet, where that is a gap.
@@ -52,28 +57,67 @@ impl Model {
         let observations: Vec<Observation> = usable.iter().filter_map(|estimate| self.observation(estimate)).collect();
         let began_fh = self.units.reference_fh(context.began_fh);
         let clock = context.prior.body.clock();
+        let wear_clock = self.wear_clock(context, &believed);
         let mut blocks = blocks(&observations, clock);
+        if let Some(wear_clock) = &wear_clock {
+            blocks = blocks.into_iter().map(|block| wear_clock.aged(block, &observations)).collect();
+        }
         for block in &mut blocks {
             // A mean may be rounded to before all that it is the mean of.
             block.centre_fh = block.centre_fh.max(began_fh);
         }
         let mut digest = self.root(context);
-        let mut chained = |estimates: &[Estimate]| {
-            digest = ContentHash::of_parts([digest.bytes().as_slice(), &json(&estimates)]);
+        let mut chained = |inside: Range<usize>| {
+            digest = ContentHash::of_parts([digest.bytes().as_slice(), &json(&usable[inside.clone()])]);
+            if let Some(wear_clock) = &wear_clock {
+                let worn_h: Vec<f64> = observations[inside].iter().map(|seen| wear_clock.worn_h(seen.t_fh)).collect();
+                digest = ContentHash::of_parts([digest.bytes().as_slice(), &json(&worn_h)]);
+            }
             digest
         };
-        let digests = blocks.iter().map(|block| chained(&usable[block.observations.clone()])).collect();
+        let digests = blocks.iter().map(|block| chained(block.observations.clone())).collect();
         let open = blocks.last().map_or(0, |block| block.observations.end);
-        let inputs_digest = chained(&usable[open..]);
+        let inputs_digest = chained(open..usable.len());
         let gap = gap(&usable, &observations, open, clock);
         let assessed = (&self.followed, self.boundary());
-        let measured = MeasuredLife::new((&observations, &blocks), began_fh, &context.prior.body, assessed);
-        Course { excluded, contested, unusable, newest, blocks, measured, gap, digests, inputs_digest, usable }
+        let measured =
+            MeasuredLife::new((&observations, &blocks), (began_fh, wear_clock.as_ref()), &context.prior.body, assessed);
+        Course {
+            excluded,
+            contested,
+            unusable,
+            newest,
+            blocks,
+            wear_clock,
+            measured,
+            gap,
+            digests,
+            inputs_digest,
+            usable,
+        }
     }
 
     /// What a usable estimate says, as priors count.
     pub(crate) fn observation(&self, estimate: &Estimate) -> Option<Observation> {
         observation(estimate).map(|seen| self.units.observation(seen))
+    }
+
+    /// The life's damage-equivalent hours by the flights that these estimates tell of; `None` where nobody knows the pace.
+    fn wear_clock(&self, context: &LifeContext, believed: &[&Estimate]) -> Option<WearClock> {
+        let law = context.prior.body.pace.as_ref()?;
+        let flights: Vec<Flight> = self.flights(believed.iter().copied());
+        Some(WearClock::new(law, self.units.reference_fh(context.began_fh), &flights))
+    }
+
+    /// The flights that estimates tell of, as priors count.
+    pub(crate) fn flights<'a>(&self, estimates: impl Iterator<Item = &'a Estimate>) -> Vec<Flight> {
+        let flight = |estimate: &Estimate| Flight {
+            t_fh: self.units.reference_fh(estimate.flight_hours),
+            load: estimate.load.as_ref().map(|load| load.ratio),
+            temperature: estimate.temperature,
+            by_motor: false,
+        };
+        estimates.filter(|estimate| !estimate.on_ground).map(flight).collect()
     }
 
     /// What every digest of the life begins with.

@@ -1,7 +1,7 @@
 //! What the lives of an operator teach that are over: a prior.
 
 use domain::{Estimate, UploadId};
-use prognosis::{EndedLife, Ending, block::Observation, learn_from_ended};
+use prognosis::{EndedLife, Ending, Flight, block::Observation, learn_from_ended};
 
 use crate::{Model, Prior};
 
@@ -50,7 +50,9 @@ impl Model {
                 Some(failure_fh) => (reference_fh(failure_fh) - reference_fh(life.began_fh), Ending::Failed),
                 None => (observations.last()?.t_fh, Ending::Removed),
             };
-            Some(EndedLife { observations, end_fh, ending })
+            let flown = |flight: Flight| Flight { t_fh: flight.t_fh - reference_fh(life.began_fh), ..flight };
+            let flights = self.flights(life.estimates.iter()).into_iter().map(flown).collect();
+            Some(EndedLife { observations, flights, end_fh, ending })
         };
         let lives: Vec<EndedLife> = lives.iter().filter_map(ended).collect();
         let Self { followed, prior, .. } = self;

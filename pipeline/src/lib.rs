@@ -32,6 +32,7 @@ mod loads;
 mod metrics;
 mod model;
 mod outlook;
+mod paced;
 mod prior;
 mod rehearsal;
 mod sense;

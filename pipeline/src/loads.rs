@@ -83,6 +83,13 @@ impl LoadModel {
 
     /// An ambient temperature as the propagation of damage takes it.
     pub fn temperature(&self, temperature_c: f64) -> f64 {
-        (temperature_c - self.references.temperature_c) / self.references.temperature_scale_k
+        self.references.temperature(temperature_c)
+    }
+}
+
+impl LoadReferences {
+    /// An ambient temperature relative to its reference and scale.
+    pub fn temperature(&self, temperature_c: f64) -> f64 {
+        (temperature_c - self.temperature_c) / self.temperature_scale_k
     }
 }

@@ -13,14 +13,15 @@ use domain::{
 };
 use prognosis::{
     Clock, Companions, LifeFilter,
-    forecast::{self, Draws},
+    forecast::{Draws, Forecast as Drawn},
 };
 
 use crate::{
     Course, LifeContext, Model,
     checkpoint::Checkpoint,
     course::{Contested, Unusable},
-    draws::SEED,
+    draws::{self, SEED},
+    paced::Paced,
     walk::{OutlookError, Walk, check_finite},
 };
 
@@ -69,7 +70,6 @@ impl Model {
             checkpoints: Vec::new(),
             latest: None,
         };
-        let _ = ahead;
         let Some(newest) = &course.newest else { return Ok(outlook) };
         let standing = course.standing(known);
         outlook.states_from = states_from(course, known, standing);
@@ -82,7 +82,8 @@ impl Model {
         let last_state = outlook.states.last().or(known[..standing].last());
         let forecast = match (&outlook.latest, last_state) {
             (Some(latest), Some(state)) if course.in_closed_blocks() >= clock.observations => {
-                Ok(self.forecast(context, course, &latest.filter, newest, state)?)
+                let life = draws::Life { context, course, ahead };
+                Ok(self.forecast(&life, &latest.filter, newest, state)?)
             }
             _ => Err(insufficient(course, clock, (10.0 * self.units.flight_hours(clock.block_fh)).round() / 10.0)),
         };
@@ -105,16 +106,17 @@ impl Model {
     /// block of its own.
     fn forecast(
         &self,
-        context: &LifeContext,
-        course: &Course,
+        life: &draws::Life,
         filter: &LifeFilter,
         newest: &Estimate,
         state: &State,
     ) -> Result<Forecast, OutlookError> {
+        let draws::Life { context, course, .. } = *life;
         let gap = course.gap;
         let known = filter.known_now(&course.measured, gap.is_some() || self.units.are_own());
-        let draws = self.draw(context, &known, newest, newest, Draws::precise());
-        let faults = self.units.trends(known.trends());
+        let draws = self.draw(life, &known, newest, newest, Draws::precise());
+        let paced = Paced::new(self, life, newest);
+        let faults = self.units.trends(paced.trends(&known));
         check_finite(&faults, state.block)?;
         let mut doubts = state.doubts.clone();
         doubts.extend(outside_training(&draws));
@@ -124,13 +126,13 @@ impl Model {
         Ok(Forecast {
             dominant_fault: dominant_fault(&self.bundle.faults, draws.dominant_group(), &faults),
             faults,
-            propagation: self.units.propagation(known.propagation()),
+            propagation: self.units.propagation(paced.propagation(&known)),
             rul: RulDistribution::from_draws(&draws.ends_fh, self.horizon_fh(context)),
             p10_error_fh: draws.p10_error_fh,
             median_error_fh: draws.median_error_fh,
             probability_failed: beyond.max(draws.failed_fraction),
             seed: SEED,
-            pace: None,
+            pace: paced.pace(),
             ensemble: context.prior.body.companions.as_ref().map(Companions::ensemble),
             explanation: Explanation {
                 drivers: drivers(&self.bundle.faults, &draws),
@@ -154,7 +156,7 @@ fn states_from(course: &Course, known: &[State], standing: usize) -> Option<u64>
 }
 
 /// The fault groups that drive the end of life, the most frequent first.
-fn drivers(model: &FaultModel, draws: &forecast::Forecast) -> Vec<Driver> {
+fn drivers(model: &FaultModel, draws: &Drawn) -> Vec<Driver> {
     let faults = |group: &FaultGroup| match *group {
         FaultGroup::OneSided { index } | FaultGroup::Free { index } => vec![model.names[index].clone()],
         FaultGroup::Pair { indices } => indices.iter().map(|&index| model.names[index].clone()).collect(),
@@ -166,7 +168,7 @@ fn drivers(model: &FaultModel, draws: &forecast::Forecast) -> Vec<Driver> {
 }
 
 /// The surrogate is asked where it has learned nothing.
-fn outside_training(draws: &forecast::Forecast) -> Option<Doubt> {
+fn outside_training(draws: &Drawn) -> Option<Doubt> {
     let share = draws.outside_training_fraction;
     (share > OUTSIDE_TRAINING).then(|| Doubt {
         kind: DoubtKind::OutsideTraining,

@@ -6,12 +6,15 @@
 //! Requirements: two posteriors of one life.
 
 use domain::{
-    RulDistribution,
+    Ahead, RulDistribution,
     explanation::{Shift, Surprise},
 };
 use prognosis::{Expectation, Known};
 
-use crate::{Course, LifeContext, Model, draws::FEW};
+use crate::{
+    Course, LifeContext, Model,
+    draws::{self, FEW},
+};
 
 /// Batches of equal size that the draws of each of the two forecasts are told apart in.
 const BATCHES: usize = 8;
@@ -36,7 +39,8 @@ impl Step<'_> {
         let last_of =
             |index: usize| self.course.inside(&self.course.blocks[index]).last().expect("blocks are not empty");
         let (earlier, latest) = (last_of(self.index - 1), last_of(self.index));
-        let before_fh = model.draw(context, self.before, earlier, latest, FEW).ends_fh;
+        let life = draws::Life { context, course: self.course, ahead: &Ahead::default() };
+        let before_fh = model.draw(&life, self.before, earlier, latest, FEW).ends_fh;
         let passed_fh = latest.flight_hours - earlier.flight_hours;
         let moved_fh = moved(&before_fh, self.after_fh, passed_fh);
         Shift {

@@ -7,11 +7,17 @@
 
 use std::sync::Arc;
 
-use domain::{Doubt, FaultTrend, RulDistribution, State};
+use domain::{Ahead, Doubt, FaultTrend, RulDistribution, State};
 use prognosis::{Expectation, Known, LifeFilter};
 use rayon::prelude::*;
 
-use crate::{Course, LifeContext, Model, checkpoint::Checkpoint, draws::FEW, shift::Step};
+use crate::{
+    Course, LifeContext, Model,
+    checkpoint::Checkpoint,
+    draws::{self, FEW},
+    paced::Paced,
+    shift::Step,
+};
 
 /// Every so many blocks of a life its filter is worth keeping for good; so many blocks are drawn side by side.
 const CHECKPOINT_BLOCKS: usize = 25;
@@ -64,6 +70,8 @@ impl Walk<'_> {
         let life = &self.course.measured;
         let mut known = (begun > 0 && begun == standing).then(|| Arc::new(filter.known(life, begun - 1)));
         let mut passages = Vec::new();
+        let clock = self.course.wear_clock.as_ref();
+        let flight_hours = |worn_h: f64| clock.map_or(worn_h, |clock| clock.flight_hours(worn_h));
         for index in begun..self.course.blocks.len() {
             let before = known.take().map(|known| (known, filter.expect(life, index)));
             filter.update(life, index);
@@ -73,7 +81,12 @@ impl Walk<'_> {
             let after = Arc::new(filter.known(life, index));
             known = Some(after.clone());
             if index >= standing {
-                passages.push(Passage { index, before, after, doubts: filter.doubt().into_iter().collect() });
+                passages.push(Passage {
+                    index,
+                    before,
+                    after,
+                    doubts: filter.doubt(&flight_hours).into_iter().collect(),
+                });
                 if (index + 1).is_multiple_of(CHECKPOINT_BLOCKS) {
                     checkpoints.push(self.checkpoint(index, &filter));
                     states.append(&mut self.states(&passages)?);
@@ -119,9 +132,11 @@ impl Walk<'_> {
         let inside = self.course.inside(block);
         let last = &inside[inside.len() - 1];
         let units = &self.model.units;
-        let faults = units.trends(after.trends());
+        let life = draws::Life { context: self.context, course: self.course, ahead: &Ahead::default() };
+        let paced = Paced::new(self.model, &life, last);
+        let faults = units.trends(paced.trends(after));
         check_finite(&faults, block.index)?;
-        let ends_fh = self.model.draw(self.context, after, last, last, FEW).ends_fh;
+        let ends_fh = self.model.draw(&life, after, last, last, FEW).ends_fh;
         let shift = before.as_ref().map(|(before, expected)| {
             Step { course: self.course, index: *index, before, expected, after_fh: &ends_fh }
                 .shift(self.model, self.context)
@@ -133,12 +148,12 @@ impl Walk<'_> {
             as_of: last.as_of(),
             observations: inside.len(),
             faults,
-            propagation: units.propagation(after.propagation()),
+            propagation: units.propagation(paced.propagation(after)),
             rul_quantiles_fh: rul.quantiles_fh(),
             rul_mean_fh: rul.mean_fh(),
             censored_fraction: rul.censored_fraction(),
             horizon_fh: rul.horizon_fh(),
-            growth: units.growth(after.growth_summary()),
+            growth: units.growth(paced.growth(after)),
             shift,
             doubts: doubts.clone(),
             digest,

@@ -35,7 +35,8 @@ pub struct Block {
     pub index: u64,
     /// Which of the observations it rests on.
     pub observations: Range<usize>,
-    /// Mean time of its observations: the time that its values belong to.
+    /// Mean time of its observations, in damage-equivalent hours where the pace of wear is known: the time that its values belong
+    /// to.
     pub centre_fh: f64,
     /// Trimmed mean of each entry, nominal values included.
     pub mean: Vec<f64>,

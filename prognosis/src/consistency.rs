@@ -178,7 +178,7 @@ impl Consistency {
     }
 
     /// What exceeds its limit, in words with figures.
-    pub fn reasons(&self, model: &FaultModel) -> Vec<String> {
+    pub fn reasons(&self, model: &FaultModel, flight_hours: &dyn Fn(f64) -> f64) -> Vec<String> {
         let Self { limits, worst, .. } = self;
         let mut reasons = Vec::new();
         if worst.scatter > FARTHEST_SCATTER * limits.usual_scatter {
@@ -190,6 +190,7 @@ impl Consistency {
             let greatest = self.greatest_surprises.iter().zip(&model.names);
             let (surprise, name) = greatest.max_by(|a, b| a.0.z.abs().total_cmp(&b.0.z.abs())).expect("a fault");
             let Surprise { t_fh, seen, expected, z } = surprise;
+            let t_fh = flight_hours(*t_fh);
             reasons.push(format!(
                 "{name} was {seen:.3} at {t_fh:.0} h where {expected:.3} was expected, {:.1} standard deviations away",
                 z.abs()

@@ -81,6 +81,16 @@ pub fn fit_prior_from(
     if lives.is_empty() {
         return Err(NoHistory { histories: histories.len() });
     }
+    Ok(fit_blocks_from(guess, &lives, model, settings))
+}
+
+/// The same from the blocks of lives.
+pub(crate) fn fit_blocks_from(
+    guess: FleetPrior,
+    lives: &[Vec<Block>],
+    model: &FaultModel,
+    settings: &FitSettings,
+) -> FleetPrior {
     let parent = Summary::of_parent(&guess, settings.parent_lives, model);
     let mut prior = guess;
     for _ in 0..settings.rounds {
@@ -89,14 +99,24 @@ pub fn fit_prior_from(
         let factors = [1.0, step, 1.0 / step];
         let candidates = factors[..if stays { 1 } else { 3 }].iter().map(|factor| {
             let candidate = FleetPrior { process_noise: factor * prior.process_noise, ..prior.clone() };
-            let summary = expect(&lives, model, &candidate);
+            let summary = expect(lives, model, &candidate);
             (candidate, summary)
         });
         let best = candidates.reduce(|a, b| if b.1.log_evidence > a.1.log_evidence { b } else { a });
         let (candidate, summary) = best.expect("a candidate");
         prior = summary.maximise(&candidate, &parent);
     }
-    Ok(prior)
+    prior
+}
+
+/// Log-evidence of each of these lives under a prior, up to a constant.
+pub(crate) fn evidence_each(lives: &[Vec<Block>], model: &FaultModel, prior: &FleetPrior) -> Vec<f64> {
+    let of_life = |life: &Vec<Block>| {
+        let mut filter = Filter::new(model, prior);
+        life.iter().for_each(|block| filter.update(block));
+        log_evidence(&filter.particles)
+    };
+    lives.par_iter().map(of_life).collect()
 }
 
 /// Learns on, from the same histories, with growth that may change.

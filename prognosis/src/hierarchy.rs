@@ -4,7 +4,8 @@
 //! - Update rule: of each law, expectation maximisation from the parent, which counts as some lives more in everything
 //!   that is learned; then the failure-time error likewise. A part with few lives stays near its parent, one with many
 //!   leaves it. What stands beside growth is the part's own; how much each is believed starts from the parent's
-//!   weights, those of growth alone where the parent knows nothing else.
+//!   weights, those of growth alone where the parent knows nothing else. What load and temperature do is learned first, of
+//!   all lives together; all else is in the damage-equivalent hours of that.
 //! - Requirements: offline; lives that ended, as good as new at their start. Those that were removed tell of growth as
 //!   others do, and of the end as far as they went. The result depends neither on threads nor on the order of the
 //!   lives.
@@ -23,9 +24,11 @@ use crate::{
     growth_laws::{GrowthLaw, GrowthLaws, LawsWithout},
     held_out::HeldOutSettings,
     life_prior::LifePrior,
+    pace::PaceLaw,
     prior::FleetPrior,
     stacking::{StackSettings, stack},
     taught::Taught,
+    wear_clock::Flight,
 };
 
 /// Number of lives that the parent counts as.
@@ -55,11 +58,26 @@ pub fn learn_from_ended(
     }
     let mut lives = lives.to_vec();
     lives.sort_by(|a, b| content(a).cmp(content(b)));
+    let pace = pace(parent, &lives, model);
+    if let Some(law) = &pace {
+        lives.iter_mut().for_each(|life| *life = life.aged(law));
+    }
     let part = Part { parent, lives: &lives, model, boundary, seed };
     let laws = parent.growth.laws.iter().map(|law| part.law(law)).collect::<Result<_, _>>()?;
     let growth = GrowthLaws { laws };
     let companions = part.companions(&growth).or_else(|| parent.companions.clone());
-    Ok(LifePrior { growth, companions })
+    Ok(LifePrior { growth, companions, pace })
+}
+
+/// What load and temperature do: as the parent knows and the lives tell.
+fn pace(parent: &LifePrior, lives: &[EndedLife], model: &FaultModel) -> Option<PaceLaw> {
+    let law = &parent.growth.laws[0];
+    let told = parent.pace.as_ref();
+    let lesson = PaceLaw::learn(lives, model, (law.coordinate, &law.prior), told);
+    match lesson.filter(|lesson| told.is_some() || lesson.is_believed()) {
+        Some(lesson) => Some(lesson.law),
+        None => told.cloned(),
+    }
 }
 
 /// A part of a fleet.
@@ -113,5 +131,10 @@ fn content(life: &EndedLife) -> impl Iterator<Item = u64> {
         std::iter::once(*t_fh).chain(driven_by).chain(faults).map(f64::to_bits).collect::<Vec<_>>()
     };
     let ending = [life.end_fh.to_bits(), u64::from(life.ending == Ending::Removed)];
-    ending.into_iter().chain(life.observations.iter().flat_map(of_observation))
+    let of_flight = |Flight { t_fh, load, temperature, by_motor }: &Flight| {
+        let told = [load, temperature].map(|told| told.unwrap_or(f64::NAN).to_bits());
+        [t_fh.to_bits(), told[0], told[1], u64::from(*by_motor)]
+    };
+    let flights = life.flights.iter().flat_map(of_flight);
+    ending.into_iter().chain(life.observations.iter().flat_map(of_observation)).chain(flights)
 }

@@ -20,9 +20,11 @@ use crate::{
     ended::EndedLife,
     estimator::{Climatology, Growth, LevelLives, PredictionSettings, Similarity},
     fit::NoHistory,
-    growth_laws::{GrowthLaws, LawsWithout},
+    growth_laws::{GrowthLaw, GrowthLaws, LawsWithout},
     held_out::{HeldOutSettings, forecast_held_out},
     mixture::Mixture,
+    pace::PaceLaw,
+    pace_fit::PaceLesson,
     stacking::weigh,
     survival::NoFailure,
     taught::Taught,
@@ -49,6 +51,9 @@ pub struct Lesson {
     pub growth: GrowthLaws,
     /// What stands beside that.
     pub companions: Companions,
+    /// What load and temperature do to the pace of wear, where that is known; all else is in damage-equivalent hours then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pace: Option<PaceLaw>,
 }
 
 /// Lives that teach nothing.
@@ -87,6 +92,7 @@ impl Lesson {
         let stacked = stacked(&[followed, SIMILARITY, CLIMATOLOGY], &fixed);
         let kept: Vec<&EndedLife> = lives.iter().collect();
         Ok(Self {
+            pace: None,
             growth,
             companions: Companions {
                 similar: LevelLives::learn(&kept, &boundary, &model.nominal)?,
@@ -94,6 +100,31 @@ impl Lesson {
                 stacked,
             },
         })
+    }
+
+    /// The same where load and temperature may act, with what was learned of that, believed or not; `None` of it where no life
+    /// tells of them.
+    ///
+    /// # Errors
+    ///
+    /// As [`learn`](Self::learn).
+    pub fn learn_with_pace(
+        lives: &[EndedLife],
+        model: &FaultModel,
+        seed: u64,
+    ) -> Result<(Self, Option<PaceLesson>), NoLesson> {
+        if !lives.iter().any(EndedLife::tells_of_pace) {
+            return Ok((Self::learn(lives, model, seed)?, None));
+        }
+        let blind = GrowthLaws::learn(lives, model, seed)?;
+        let GrowthLaw { coordinate, prior, .. } = &blind.laws[0];
+        let pace = PaceLaw::learn(lives, model, (*coordinate, prior), None);
+        let Some(law) = pace.as_ref().filter(|pace| pace.is_believed()).map(|pace| &pace.law) else {
+            return Ok((Self::learn(lives, model, seed)?, pace));
+        };
+        let aged: Vec<EndedLife> = lives.iter().map(|life| life.aged(law)).collect();
+        let lesson = Self { pace: Some(law.clone()), ..Self::learn(&aged, model, seed)? };
+        Ok((lesson, pace))
     }
 
     /// The growth filters alone; `boundary` is [`Limits::reference`] of the model.

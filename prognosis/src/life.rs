@@ -19,8 +19,10 @@ use crate::{
     level::{Ascent, Gauge},
     life_prior::LifePrior,
     moments::Moments,
+    pace::PaceLaw,
     particle::log_evidence,
     posterior::Posterior,
+    wear_clock::{Stretch, WearClock},
 };
 
 /// The observations of a life, measured by its prior.
@@ -46,20 +48,22 @@ struct MeasuredLaw {
 }
 
 impl MeasuredLife {
-    /// A life that began at some hours, whose `blocks` are closed.
+    /// A life that began at some hours, whose `blocks` are closed; they lie where its clock tells, where there is one.
     pub fn new(
         (observations, blocks): (&[Observation], &[Block]),
-        began_fh: f64,
+        (began_fh, wear_clock): (f64, Option<&WearClock>),
         prior: &LifePrior,
         (model, boundary): (&FaultModel, &dyn Boundary),
     ) -> Self {
-        let laws = prior.growth.laws.iter().map(|law| MeasuredLaw::new(law, observations, blocks)).collect();
+        let law = |law| MeasuredLaw::new(law, observations, blocks, wear_clock);
+        let laws = prior.growth.laws.iter().map(law).collect();
         let mut ascent = Ascent::new(Gauge::new(boundary, &model.nominal));
         let mut levels = Vec::new();
         if prior.companions.is_some() {
             let mut closing = blocks.iter().map(|block| block.observations.end).peekable();
             for (index, observation) in observations.iter().enumerate() {
-                ascent.observe(&Observation { t_fh: observation.t_fh - began_fh, ..observation.clone() });
+                let t_fh = wear_clock.map_or(observation.t_fh, |clock| clock.worn_h(observation.t_fh));
+                ascent.observe(&Observation { t_fh: t_fh - began_fh, ..observation.clone() });
                 levels.extend(closing.next_if_eq(&(index + 1)).map(|_| ascent.level()));
             }
         }
@@ -68,12 +72,16 @@ impl MeasuredLife {
 }
 
 impl MeasuredLaw {
-    fn new(law: &GrowthLaw, observations: &[Observation], plain: &[Block]) -> Self {
+    fn new(law: &GrowthLaw, observations: &[Observation], plain: &[Block], wear_clock: Option<&WearClock>) -> Self {
         let (blocks, since) = match law.coordinate {
             identity if identity == Coordinate::IDENTITY => {
                 (plain.to_vec(), unclosed(observations, plain, &law.prior.clock))
             }
             _ => law.blocks(observations, plain),
+        };
+        let since = match wear_clock {
+            Some(clock) => since.map(|since| clock.aged(since, observations)),
+            None => since,
         };
         let stretched = plain.iter().scan(0.0, |sum, block| {
             *sum += law.log_stretch(&block.mean);
@@ -146,9 +154,9 @@ impl LifeFilter {
         Known::new(&filters, life, index, life.level_now)
     }
 
-    /// Why the life so far should not be taken for one of the fleet.
-    pub fn doubt(&self) -> Option<Doubt> {
-        self.filters[0].doubt()
+    /// Why the life so far should not be taken for one of the fleet. `flight_hours` tells when some hours of wear were.
+    pub fn doubt(&self, flight_hours: &dyn Fn(f64) -> f64) -> Option<Doubt> {
+        self.filters[0].doubt(flight_hours)
     }
 }
 
@@ -220,6 +228,11 @@ impl Known {
     /// The refitted damage-propagation model, in the measure of the first law.
     pub fn propagation(&self) -> Propagation {
         self.first().propagation()
+    }
+
+    /// The same per flight hour of a mission.
+    pub fn propagation_at(&self, law: &PaceLaw, mission: &Stretch) -> Propagation {
+        self.first().propagation_at(law, mission)
     }
 
     /// How growth has changed, where that is followed.

@@ -13,6 +13,7 @@ use crate::{
     companions::Companions,
     estimator::PredictionSettings,
     forecast::{Draws, Forecast, ForecastSettings, forecast},
+    itinerary::MissionToCome,
     life::Known,
     life_prior::LifePrior,
     pool::Pool,
@@ -20,6 +21,8 @@ use crate::{
 
 /// Substreams of what is no draw of the law that weighs most.
 const OTHERS: u64 = 1 << 32;
+/// The substream of missions to come.
+const MISSIONS: u64 = OTHERS - 2;
 
 /// The present of a life.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,14 +40,21 @@ impl LifePrior {
         known: &Known,
         now: Now,
         boundary: &dyn Boundary,
+        missions: Option<&MissionToCome>,
         draws: Draws,
         stream: &Stream,
     ) -> Forecast {
-        let settings = ForecastSettings { draws, horizon_fh: self.clock().horizon_fh, ..ForecastSettings::default() };
+        let until_fh = self.clock().horizon_fh;
+        let horizon_fh = missions.map_or(until_fh, |missions| missions.greatest_h(until_fh));
+        let settings = ForecastSettings { draws, horizon_fh, ..ForecastSettings::default() };
         let growth = self.growth_forecast(known, now.lag_fh, boundary, &settings, stream);
-        match &self.companions {
+        let forecast = match &self.companions {
             None => growth,
             Some(companions) => pooled(companions, growth, known, now, &settings, stream),
+        };
+        match missions {
+            None => forecast,
+            Some(missions) => missions.flown(forecast, until_fh, &stream.substream(MISSIONS)),
         }
     }
 

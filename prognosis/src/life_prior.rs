@@ -18,6 +18,7 @@ use crate::{
     coordinate::Coordinate,
     growth_laws::{GrowthLaw, GrowthLaws},
     lesson::Lesson,
+    pace::PaceLaw,
     prior::FleetPrior,
 };
 
@@ -29,6 +30,9 @@ pub struct LifePrior {
     pub growth: GrowthLaws,
     /// What past lives tell beside that.
     pub companions: Option<Companions>,
+    /// What load and temperature do to the pace of wear; all else is in damage-equivalent hours then. `None` where nobody
+    /// knows.
+    pub pace: Option<PaceLaw>,
 }
 
 impl LifePrior {
@@ -46,7 +50,7 @@ impl LifePrior {
     fn alone(&self) -> Option<&FleetPrior> {
         match &self.growth.laws[..] {
             [GrowthLaw { coordinate, prior, .. }]
-                if *coordinate == Coordinate::IDENTITY && self.companions.is_none() =>
+                if *coordinate == Coordinate::IDENTITY && self.companions.is_none() && self.pace.is_none() =>
             {
                 Some(prior)
             }
@@ -58,13 +62,13 @@ impl LifePrior {
 impl From<FleetPrior> for LifePrior {
     fn from(prior: FleetPrior) -> Self {
         let law = GrowthLaw { coordinate: Coordinate::IDENTITY, prior, share: 1.0 };
-        Self { growth: GrowthLaws { laws: vec![law] }, companions: None }
+        Self { growth: GrowthLaws { laws: vec![law] }, companions: None, pace: None }
     }
 }
 
 impl From<Lesson> for LifePrior {
-    fn from(Lesson { growth, companions }: Lesson) -> Self {
-        Self { growth, companions: Some(companions) }
+    fn from(Lesson { growth, companions, pace }: Lesson) -> Self {
+        Self { growth, companions: Some(companions), pace }
     }
 }
 
@@ -72,7 +76,12 @@ impl From<Lesson> for LifePrior {
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Written {
-    Several { growth: GrowthLaws, companions: Option<Companions> },
+    Several {
+        growth: GrowthLaws,
+        companions: Option<Companions>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pace: Option<PaceLaw>,
+    },
     Alone(FleetPrior),
 }
 
@@ -80,7 +89,7 @@ impl From<LifePrior> for Written {
     fn from(prior: LifePrior) -> Self {
         match prior.alone() {
             Some(alone) => Self::Alone(alone.clone()),
-            None => Self::Several { growth: prior.growth, companions: prior.companions },
+            None => Self::Several { growth: prior.growth, companions: prior.companions, pace: prior.pace },
         }
     }
 }
@@ -106,13 +115,14 @@ impl<'de> Visitor<'de> for Reader {
         struct Several {
             growth: GrowthLaws,
             companions: Option<Companions>,
+            pace: Option<PaceLaw>,
         }
         let first: Option<String> = map.next_key()?;
-        let several = matches!(first.as_deref(), Some("growth" | "companions"));
+        let several = matches!(first.as_deref(), Some("growth" | "companions" | "pace"));
         let rest = MapAccessDeserializer::new(Ahead { first, map });
         if several {
-            let Several { growth, companions } = Several::deserialize(rest)?;
-            return Ok(LifePrior { growth, companions });
+            let Several { growth, companions, pace } = Several::deserialize(rest)?;
+            return Ok(LifePrior { growth, companions, pace });
         }
         FleetPrior::deserialize(rest).map(LifePrior::from)
     }

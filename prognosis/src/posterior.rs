@@ -8,7 +8,9 @@ use crate::{
     growth_changes::GrowthChanges,
     kalman::Track,
     moments::Moments,
+    pace::{Coefficient, LOADS, PaceLaw},
     particle::{Change, Particle, log_dominance},
+    wear_clock::Stretch,
 };
 
 /// Columns of B: u = [1, load, temperature].
@@ -182,6 +184,35 @@ impl Posterior {
             estimator: estimator(self.growth_changes.is_some()).to_owned(),
             observations: self.observations,
         }
+    }
+
+    /// The refitted propagation per flight hour of a mission: [`propagation`](Self::propagation) is per damage-equivalent hour.
+    /// What the pace m = (L / L_ref)^p exp(beta T) makes of A x + b is told to first order about the present faults, load and
+    /// temperature.
+    pub fn propagation_at(&self, law: &PaceLaw, mission: &Stretch) -> Propagation {
+        let Stretch { pace, load, temperature, .. } = *mission;
+        let per_h = self.propagation();
+        let times =
+            |rows: &Vec<Vec<f64>>| rows.iter().map(|row| row.iter().map(|rate| pace * rate).collect()).collect();
+        let mut at = Propagation {
+            state_matrix: times(&per_h.state_matrix),
+            state_matrix_sigma: times(&per_h.state_matrix_sigma),
+            control_matrix: times(&per_h.control_matrix),
+            control_matrix_sigma: times(&per_h.control_matrix_sigma),
+            ..per_h
+        };
+        let slope = |of: Coefficient, per: f64, trend: Moments| {
+            let value = of.mean / per * pace * trend.mean;
+            (value, pace / per * libm::hypot(of.sd * trend.mean, of.mean * trend.sigma))
+        };
+        for (entry, (row, sigma)) in
+            self.entries().iter().zip(at.control_matrix.iter_mut().zip(&mut at.control_matrix_sigma))
+        {
+            (row[1], sigma[1]) = slope(law.exponent, load.max(LOADS[0]), entry.trend_per_h);
+            (row[2], sigma[2]) = slope(law.temperature, 1.0, entry.trend_per_h);
+            row[0] -= row[1] * load + row[2] * temperature;
+        }
+        at
     }
 
     /// One draw: the growth where it may change, the dominant group, then a rate for each group, then deviation and bias.

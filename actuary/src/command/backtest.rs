@@ -6,6 +6,7 @@ mod predictions;
 mod recorded;
 
 use std::{
+    borrow::Cow,
     path::{Path, PathBuf},
     time::Instant,
 };
@@ -16,7 +17,7 @@ use evaluation::{
     Contestant, Judged, Knowledge, Linear, Metrics, Ridge, Terms, Thesis, backtest::ReplaySettings, replay_all, report,
 };
 use indicatif::{ProgressBar, ProgressStyle};
-use prognosis::{Climatology, LifePrior, PredictionSettings, Rbg};
+use prognosis::{Climatology, Estimator, LifePrior, Paced, PredictionSettings, Rbg};
 use serde::Serialize;
 
 use crate::{
@@ -25,7 +26,7 @@ use crate::{
         bundle,
         histories::{self, Files},
         output::OutputFolder,
-        records,
+        plans, records, stress,
     },
     say::{self, note, say},
 };
@@ -79,6 +80,11 @@ pub struct Arguments {
     histories: Vec<PathBuf>,
     #[command(flatten)]
     records: records::Flags,
+    #[command(flatten)]
+    stress: stress::Flags,
+    /// With --model, what the judged lives will fly: run_id,from_fh,load,temp; a life that it does not tell of goes on as it may.
+    #[arg(long, value_name = "FILE", conflicts_with = "limits")]
+    plan: Option<PathBuf>,
     /// Without --prior, the first N units teach and the others are judged [default: the first, third, fifth... teach].
     #[arg(long, value_name = "N", conflicts_with = "prior")]
     split: Option<std::num::NonZeroUsize>,
@@ -181,6 +187,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
     bar.set_style(ProgressStyle::with_template("{msg:<32} {wide_bar} {pos}/{len} {eta}").expect("a valid template"));
     bar.set_message("reading");
     let flag = arguments.records.without_limits().or(arguments.split.and(Some("--split")));
+    if arguments.plan.is_some() && !arguments.stress.act() {
+        return Err(refuse("--plan tells loads and temperatures: tell --load or --temperature, too".to_owned()).into());
+    }
     if let Some(flag) = flag.filter(|_| arguments.records.limits.is_empty()) {
         return Err(refuse(format!("{flag} is for lives with --limit")).into());
     }
@@ -214,14 +223,25 @@ fn actuators(arguments: &Arguments, model: &Path, out: &OutputFolder, bar: &Prog
         truths: &arguments.truth,
         growths: &arguments.growth,
         laws: names.contains(&EstimatorName::Oracle),
+        stress: &arguments.stress,
     };
     let histories::Recordings { runs: mut recorded, mut notes } = histories::read_all(files, &model.bundle().faults)?;
     bar.set_message("learning");
     let growth_changes = names.contains(&EstimatorName::Rbg);
-    let prior = arguments.prior.as_deref();
-    let knowledge = knowledge::gather(&model, &arguments.labels, prior, growth_changes, SEED, &mut notes)?;
+    let teach = knowledge::Teach {
+        labels: &arguments.labels,
+        prior: arguments.prior.as_deref(),
+        stress: &arguments.stress,
+        growth_changes,
+    };
+    let knowledge = knowledge::gather(&model, &teach, SEED, &mut notes)?;
+    let mut plans = arguments
+        .plan
+        .as_deref()
+        .map_or_else(|| Ok(plans::Plans::new()), |file| plans::read(file, &arguments.stress))?;
     for recorded in &mut recorded {
         knowledge.prepare(recorded);
+        recorded.plan = plans.remove(&recorded.run.id).unwrap_or_default();
     }
     let contestants: Vec<Contestant> =
         names.into_iter().map(|name| contestant(name, &knowledge, &model.bundle().prior)).collect();
@@ -269,6 +289,12 @@ fn chosen(arguments: &Arguments, prior: &LifePrior) -> Result<Vec<EstimatorName>
         Arguments { prior, labels, .. } if asked(EstimatorName::Mixture) && (prior.is_some() || !labels.is_empty()) => {
             Some("--estimator mixture is the model's own: --prior and --labels do not teach it")
         }
+        Arguments { prior: None, stress, .. } if stress.act() => {
+            Some("--load and --temperature need the lives of --prior, which teach what they do")
+        }
+        Arguments { stress, .. } if asked(EstimatorName::Oracle) && stress.act() => {
+            Some("--estimator oracle is told the law of each life: --load and --temperature do not teach it")
+        }
         Arguments { truth, .. } if asked(EstimatorName::Oracle) && truth.is_empty() => {
             Some("--estimator oracle needs --truth with A and B of each life")
         }
@@ -282,14 +308,14 @@ fn chosen(arguments: &Arguments, prior: &LifePrior) -> Result<Vec<EstimatorName>
 
 /// An estimator by its name, with what it may know.
 fn contestant<'a>(name: EstimatorName, knowledge: &'a Knowledge, own: &'a LifePrior) -> Contestant<'a> {
-    let Knowledge { faults: model, surrogate: boundary, prior, changing_prior, lives_fh, .. } = knowledge;
-    Contestant::Estimator(match name {
+    let Knowledge { faults: model, surrogate: boundary, prior, changing_prior, lives_fh, pace, .. } = knowledge;
+    let estimator: Box<dyn Estimator> = match name {
         EstimatorName::Rbg => {
             let prior = changing_prior.as_ref().expect("known or learned where it was asked for");
             Box::new(Rbg { model, prior, boundary })
         }
         EstimatorName::RbgConstant => Box::new(Rbg { model, prior, boundary }),
-        EstimatorName::Thesis => Box::new(Thesis { model, boundary }),
+        EstimatorName::Thesis => return Contestant::Estimator(Box::new(Thesis { model, boundary })),
         EstimatorName::Climatology => Box::new(Climatology::of_failures(lives_fh).expect("the lives of --prior")),
         EstimatorName::Linear => Box::new(Linear { model, prior, boundary }),
         EstimatorName::Ridge => Box::new(Ridge { model, prior, boundary }),
@@ -299,7 +325,11 @@ fn contestant<'a>(name: EstimatorName, knowledge: &'a Knowledge, own: &'a LifePr
             Box::new(companions.beside(&own.growth, model, boundary))
         }
         _ => unreachable!("refused before"),
-    })
+    };
+    match pace {
+        Some(law) => Contestant::Paced(Paced { law: Cow::Borrowed(law), inner: estimator }),
+        None => Contestant::Estimator(estimator),
+    }
 }
 
 /// The files, and the figures in words; `file` is what is kept of the metrics.

@@ -18,7 +18,7 @@ use prognosis::Companions;
 
 use crate::{
     exit::Failure,
-    files::{dataset, motor, output::OutputFile, records},
+    files::{dataset, motor, output::OutputFile, records, stress},
     progress::Bar,
     say::say,
 };
@@ -80,6 +80,8 @@ pub struct Arguments {
     truth: Vec<PathBuf>,
     #[command(flatten, next_help_heading = RECORDED)]
     records: records::Flags,
+    #[command(flatten, next_help_heading = RECORDED)]
+    stress: stress::Flags,
 }
 
 const RECORDED: &str = "Recorded lives";
@@ -105,6 +107,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let told = arguments.records.without_limits().or((!arguments.records.limits.is_empty()).then_some("--limit"));
     match (&arguments.model, told, arguments.records.limits.is_empty()) {
         (None, Some(flag), _) => Err(refuse(format!("{flag} is for lives of --histories")).into()),
+        (None, None, _) if arguments.stress.act() => {
+            Err(refuse("--load and --temperature are for lives of --histories".to_owned()).into())
+        }
         (None, None, _) => from_maps(arguments),
         (Some(_), Some(flag), true) => Err(refuse(format!("{flag} is for lives with --limit")).into()),
         (Some(base), _, false) => own_faults::run(base, &arguments),

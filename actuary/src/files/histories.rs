@@ -18,6 +18,7 @@ use prognosis::Observation;
 use self::{laws::LawColumns, oddities::Oddities};
 use super::{
     figures::{fault, time},
+    stress::{self, StressColumn},
     table::{Column, Table},
 };
 use crate::exit::Failure;
@@ -49,6 +50,8 @@ pub struct Files<'a> {
     pub growths: &'a [PathBuf],
     /// Whether the truth tells A and B of each life.
     pub laws: bool,
+    /// Which columns tell load and temperature.
+    pub stress: &'a stress::Flags,
 }
 
 /// One history of a file.
@@ -68,7 +71,7 @@ struct Truth {
 
 /// The runs of all files.
 pub fn read_all(files: Files, faults: &FaultModel) -> Result<Recordings, Failure> {
-    let Files { histories, truths, growths, .. } = files;
+    let Files { histories, truths, growths, stress, .. } = files;
     if !truths.is_empty() && truths.len() != histories.len() {
         return Err(refuse(format!("--truth names {} files, --histories {}", truths.len(), histories.len())));
     }
@@ -83,7 +86,7 @@ pub fn read_all(files: Files, faults: &FaultModel) -> Result<Recordings, Failure
     for (i, file) in histories.iter().enumerate() {
         let mut truth = truths.get(i).map(|truth| TruthFile::read(truth, file, faults, files.laws)).transpose()?;
         let mut growth = growths.get(i).map(|file| laws::read_growth(file)).transpose()?.unwrap_or_default();
-        for (id, history) in read(file, faults, &mut all.notes)? {
+        for (id, history) in read(file, faults, stress, &mut all.notes)? {
             let told = truth.as_mut().map_or(Ok(None), |truth| truth.take(&id, &history))?;
             let (failure_fh, law) =
                 told.as_ref().map_or((None, None), |told| (Some(told.failure_fh), told.law.clone()));
@@ -91,7 +94,7 @@ pub fn read_all(files: Files, faults: &FaultModel) -> Result<Recordings, Failure
             let law = law.and_then(|law| laws::with_growth(law, growth.remove(&id), regime.as_deref()));
             let id = if histories.len() > 1 { format!("{}/{id}", stems[i]) } else { id };
             let run = Run { id, observations: history.observations, failure_fh };
-            all.runs.push(Recorded { run, regime, goes_on: false, law });
+            all.runs.push(Recorded { run, regime, goes_on: false, law, plan: Vec::new() });
         }
         if let Some(truth) = truth {
             truth.check_use()?;
@@ -105,17 +108,25 @@ pub fn read_all(files: Files, faults: &FaultModel) -> Result<Recordings, Failure
 pub fn read_observations(
     file: &Path,
     faults: &FaultModel,
+    stress: &stress::Flags,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Vec<Observation>>, Failure> {
-    Ok(read(file, faults, notes)?.into_iter().map(|(_, history)| history.observations).collect())
+    Ok(read(file, faults, stress, notes)?.into_iter().map(|(_, history)| history.observations).collect())
 }
 
-fn read(file: &Path, faults: &FaultModel, notes: &mut Vec<String>) -> Result<Vec<(String, History)>, Failure> {
+fn read(
+    file: &Path,
+    faults: &FaultModel,
+    stress: &stress::Flags,
+    notes: &mut Vec<String>,
+) -> Result<Vec<(String, History)>, Failure> {
     let table = Table::open(file)?;
     let (ids, times) = (table.column("run_id")?, table.column("t_fh")?);
-    let [regimes, loads, temperatures] = ["regime", "load", "temp"].map(|name| table.optional_column(name));
+    let regimes = table.optional_column("regime");
+    let [loads, temperatures] = [(&stress.load, "load"), (&stress.temperature, "temp")]
+        .map(|(told, usual)| stressing(&table, told.as_ref(), usual));
+    let (loads, temperatures) = (loads?, temperatures?);
     let entries = table.columns_of(&faults.names)?;
-    let optional = |column: Option<Column>, row| column.map_or(Ok(None), |column| column.optional_number(row));
     let mut places = BTreeMap::new();
     let mut histories: Vec<(String, History)> = Vec::new();
     let mut oddities = Oddities::default();
@@ -140,8 +151,8 @@ fn read(file: &Path, faults: &FaultModel, notes: &mut Vec<String>) -> Result<Vec
             t_fh,
             sigma: vec![0.0; k.len()],
             fault_vector: FaultVector(k),
-            load: optional(loads, row)?,
-            temperature: optional(temperatures, row)?,
+            load: acting(loads.as_ref(), row)?,
+            temperature: acting(temperatures.as_ref(), row)?,
         });
     }
     for (id, history) in &mut histories {
@@ -150,6 +161,32 @@ fn read(file: &Path, faults: &FaultModel, notes: &mut Vec<String>) -> Result<Vec
     }
     notes.extend(oddities.notes(file));
     Ok(histories)
+}
+
+/// A column of loads or temperatures, and what is told of it.
+type Stressing<'a> = (Column<'a>, Option<&'a StressColumn>);
+
+/// The column that is told, or the usual one if it is there.
+fn stressing<'a>(
+    table: &'a Table,
+    told: Option<&'a StressColumn>,
+    usual: &str,
+) -> Result<Option<Stressing<'a>>, Failure> {
+    match told {
+        Some(told) => Ok(Some((table.column(&told.name)?, Some(told)))),
+        None => Ok(table.optional_column(usual).map(|column| (column, None))),
+    }
+}
+
+/// What acts on wear in a row, relative to its reference.
+fn acting(stressing: Option<&Stressing>, row: usize) -> Result<Option<f64>, Failure> {
+    match stressing {
+        None => Ok(None),
+        Some((column, None)) => column.optional_number(row),
+        Some((column, Some(told))) => {
+            Ok(told.read(column, row)?.map(|value| told.acting(value, told.reference_of_actuators())))
+        }
+    }
 }
 
 /// In the order of time, whatever the order of rows; a row that is there twice counts once.

@@ -13,7 +13,15 @@ use std::path::{Path, PathBuf};
 
 use evaluation::{RecordedLife, Records};
 
-use self::{file::RecordFile, life::Untold, measure::Told, notes::Notes};
+use numerics::quantile;
+
+use self::{
+    file::{RecordFile, Row},
+    life::Untold,
+    measure::Told,
+    notes::Notes,
+};
+use super::stress::{self, StressColumn};
 use crate::exit::Failure;
 
 pub use self::{flags::Flags, measure::Measure};
@@ -51,12 +59,14 @@ pub struct Tables<'a> {
     pub prior: Option<&'a Path>,
     /// The number of units that teach, without a prior; none for every second, from the first on.
     pub split: Option<usize>,
+    /// Which columns tell load and temperature.
+    pub stress: &'a stress::Flags,
 }
 
 /// Reads lives that teach and lives that are judged.
 pub fn read(tables: Tables, flags: &Flags) -> Result<Lives, Failure> {
-    let histories = read_histories(tables.histories, flags)?;
-    let prior = tables.prior.map(|file| RecordFile::read(file, flags)).transpose()?;
+    let histories = read_histories(tables.histories, flags, tables.stress)?;
+    let prior = tables.prior.map(|file| RecordFile::read(file, flags, tables.stress)).transpose()?;
     must_count_alike(prior.iter().chain(&histories))?;
     let all = units(&histories);
     let (teachers, judged) = match &prior {
@@ -72,7 +82,8 @@ pub fn read(tables: Tables, flags: &Flags) -> Result<Lives, Failure> {
         .iter()
         .filter(|(_, unit)| teachers.iter().any(|(_, other)| unit.is_told_as(other)))
         .for_each(|(_, unit)| notes.taught(unit));
-    let reading = Reading { flags, measures: &measures, time_unit: &histories[0].time_unit };
+    let time_unit = &histories[0].time_unit;
+    let reading = Reading { flags, measures: &measures, time_unit, stress: Stress::of(tables.stress, &teachers) };
     let teach = reading.teachers(&teachers, &mut notes)?;
     let judge = reading.lives(&judged, Untold::GoesOn, &mut notes)?;
     if judge.lives.is_empty() {
@@ -84,22 +95,24 @@ pub fn read(tables: Tables, flags: &Flags) -> Result<Lives, Failure> {
 }
 
 /// Reads lives that all teach.
-pub fn read_teachers(histories: &[PathBuf], flags: &Flags) -> Result<Teachers, Failure> {
-    let histories = read_histories(histories, flags)?;
+pub fn read_teachers(histories: &[PathBuf], flags: &Flags, stress: &stress::Flags) -> Result<Teachers, Failure> {
+    let histories = read_histories(histories, flags, stress)?;
     must_count_alike(histories.iter())?;
     let teachers = units(&histories);
     let measures = Measure::all(flags, &teachers)?;
     let mut notes = Notes::new(histories.iter(), &measures);
-    let reading = Reading { flags, measures: &measures, time_unit: &histories[0].time_unit };
+    let time_unit = &histories[0].time_unit;
+    let reading = Reading { flags, measures: &measures, time_unit, stress: Stress::of(stress, &teachers) };
     let lives = reading.teachers(&teachers, &mut notes)?;
     Ok(Teachers { lives, notes: notes.lines(), measures })
 }
 
-fn read_histories(files: &[PathBuf], flags: &Flags) -> Result<Vec<RecordFile>, Failure> {
+fn read_histories(files: &[PathBuf], flags: &Flags, stress: &stress::Flags) -> Result<Vec<RecordFile>, Failure> {
     if let Some(contradiction) = flags.contradiction() {
         return Err(Failure::BadInput(contradiction));
     }
-    let mut histories = files.iter().map(|file| RecordFile::read(file, flags)).collect::<Result<Vec<_>, _>>()?;
+    let mut histories =
+        files.iter().map(|file| RecordFile::read(file, flags, stress)).collect::<Result<Vec<_>, _>>()?;
     name_after_files(&mut histories, files)?;
     Ok(histories)
 }
@@ -113,6 +126,36 @@ struct Reading<'a> {
     flags: &'a Flags,
     measures: &'a [Measure],
     time_unit: &'a str,
+    stress: Stress<'a>,
+}
+
+/// Load and temperature, each with its reference.
+struct Stress<'a>([Option<(&'a StressColumn, f64)>; 2]);
+
+impl<'a> Stress<'a> {
+    /// References as told, or the medians of the means of the units that teach.
+    fn of(flags: &'a stress::Flags, teachers: &[Told]) -> Self {
+        let mut which = 0..2;
+        Self(flags.columns().map(|told| {
+            let index = which.next().expect("two columns");
+            let mean = |(_, unit): &Told| {
+                let known: Vec<f64> = unit.rows.iter().filter_map(|row| row.stress[index]).collect();
+                (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+            };
+            let told = told?;
+            let median = || quantile::median(&quantile::sorted(teachers.iter().filter_map(mean).collect()));
+            Some((told, told.reference.or_else(median)?))
+        }))
+    }
+
+    /// What acts on wear in a row.
+    fn acting(&self, row: &Row) -> [Option<f64>; 2] {
+        let mut values = row.stress.iter();
+        self.0.map(|told| {
+            let (value, (told, reference)) = (values.next().copied().flatten(), told?);
+            Some(told.acting(value?, reference))
+        })
+    }
 }
 
 impl Reading<'_> {
@@ -127,14 +170,14 @@ impl Reading<'_> {
 
     /// Lives; `untold` is known of those whose end no file tells, unless with a learned limit the record ends with the failure.
     fn lives(&self, told: &[Told], untold: Untold, notes: &mut Notes) -> Result<Records, Failure> {
-        let Self { flags, measures, time_unit } = *self;
+        let Self { flags, measures, time_unit, ref stress } = *self;
         let ends_with_record = flags.end.is_none() && measures.iter().any(|measure| measure.learned);
         let untold = if ends_with_record { Untold::Failed } else { untold };
         Ok(Records {
             time_unit: time_unit.to_owned(),
             faults: measures.iter().map(|measure| measure.name.clone()).collect(),
             sigma: measures.iter().map(Measure::severity_sigma).collect(),
-            lives: lives(told, measures, untold, notes)?,
+            lives: lives(told, measures, stress, untold, notes)?,
         })
     }
 }
@@ -177,10 +220,19 @@ fn divided(units: Vec<Told>, split: Option<usize>) -> Result<(Vec<Told>, Vec<Tol
     Ok((told(teach), told(judge)))
 }
 
-fn lives(told: &[Told], measures: &[Measure], untold: Untold, notes: &mut Notes) -> Result<Vec<RecordedLife>, Failure> {
+fn lives(
+    told: &[Told],
+    measures: &[Measure],
+    stress: &Stress,
+    untold: Untold,
+    notes: &mut Notes,
+) -> Result<Vec<RecordedLife>, Failure> {
     let mut lives = Vec::new();
     for &(file, unit) in told {
-        let read = life::read((file, unit), measures, untold)?;
+        let mut read = life::read((file, unit), measures, untold)?;
+        if let Some(life) = &mut read.life {
+            life.stress = unit.rows[..life.times.len()].iter().map(|row| stress.acting(row)).collect();
+        }
         notes.life(unit, &read, untold);
         lives.extend(read.life);
     }
@@ -225,7 +277,9 @@ mod tests {
         let [history_file, prior_file] = ["h.csv", "p.csv"].map(|name| folder.path().join(name));
         fs::write(&history_file, histories).unwrap();
         fs::write(&prior_file, prior.unwrap_or_default()).unwrap();
-        let tables = Tables { histories: &[history_file], prior: prior.map(|_| prior_file.as_path()), split };
+        let stress = stress::Flags::default();
+        let prior = prior.map(|_| prior_file.as_path());
+        let tables = Tables { histories: &[history_file], prior, split, stress: &stress };
         let folder = format!("{}/", folder.path().display());
         read(tables, &flags(words)).map_err(|failure| failure.to_string().replace(&folder, ""))
     }

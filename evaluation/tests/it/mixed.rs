@@ -71,7 +71,12 @@ fn wanderers(count: usize) -> Vec<EndedLife> {
             place += drift * dt + 0.25 * dt.sqrt() * stream.normal();
             step += 1;
         }
-        EndedLife { observations, end_fh: dt * step as f64 * REFERENCE_LIFE_FH, ending: Ending::Failed }
+        EndedLife {
+            flights: Vec::new(),
+            observations,
+            end_fh: dt * step as f64 * REFERENCE_LIFE_FH,
+            ending: Ending::Failed,
+        }
     };
     (0..count).map(&mut one).collect()
 }

@@ -107,7 +107,7 @@ fn lives_that_do_not_teach_are_refused() {
     let scale = fleet(6).scale().unwrap();
     let refused = Lesson::learn(&records.ended(&scale, &[0.001]), &model, 1).unwrap_err();
     assert!(matches!(refused, NoLesson::Failure(_)), "{refused}");
-    let nothing = EndedLife { observations: Vec::new(), end_fh: 100.0, ending: Ending::Failed };
+    let nothing = EndedLife { observations: Vec::new(), flights: Vec::new(), end_fh: 100.0, ending: Ending::Failed };
     assert!(matches!(Lesson::learn(&[nothing], &model, 1), Err(NoLesson::History(_))));
 }
 

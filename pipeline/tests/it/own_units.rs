@@ -26,7 +26,7 @@ fn lesson() -> &'static Lesson {
                 let fault_vector = FaultVector(vec![deviation]);
                 Observation { t_fh, fault_vector, sigma: vec![SIGMA], load: None, temperature: None }
             };
-            EndedLife { observations: (0..50).map(seen).collect(), end_fh, ending: Ending::Failed }
+            EndedLife { observations: (0..50).map(seen).collect(), flights: Vec::new(), end_fh, ending: Ending::Failed }
         };
         let lives: Vec<EndedLife> = (0..12).map(&mut life).collect();
         Lesson::learn(&lives, &reference_faults(vec!["wear".to_owned()]), 1).unwrap()

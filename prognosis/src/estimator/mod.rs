@@ -6,6 +6,7 @@
 
 mod climatology;
 mod growth;
+mod paced;
 mod rbg;
 mod similarity;
 
@@ -16,6 +17,7 @@ use crate::block::Observation;
 
 pub use climatology::Climatology;
 pub use growth::Growth;
+pub use paced::{Paced, Planned};
 pub use rbg::Rbg;
 pub use similarity::{LevelLives, Similarity};
 

@@ -50,7 +50,7 @@ fn lives(prior: &FleetPrior, seed: u64, count: u64) -> Vec<EndedLife> {
         let path = simulated::Growth::draw(prior, &mut random).path(8000.0, &mut random);
         let failed = path.iter().position(|x| 8.0 * x.iter().map(|x| x.abs()).sum::<f64>() >= 1.0)?;
         let observations = observe(&path[..=failed], 0.2, &mut random);
-        Some(EndedLife { observations, end_fh: failed as f64 * STEP_FH, ending: Ending::Failed })
+        Some(EndedLife { observations, flights: Vec::new(), end_fh: failed as f64 * STEP_FH, ending: Ending::Failed })
     };
     (0..count).into_par_iter().filter_map(life).collect()
 }
@@ -62,7 +62,7 @@ fn learn(lives: &[EndedLife]) -> Result<LifePrior, NoHistory> {
 #[test]
 fn without_lives_of_its_own_a_part_has_the_prior_of_its_parent() {
     assert_eq!(learn(&[]), Ok(parent().into()));
-    let unseen = EndedLife { observations: Vec::new(), end_fh: 100.0, ending: Ending::Failed };
+    let unseen = EndedLife { observations: Vec::new(), flights: Vec::new(), end_fh: 100.0, ending: Ending::Failed };
     assert_eq!(learn(&[unseen]), Err(NoHistory { histories: 1 }));
 }
 

@@ -42,7 +42,7 @@ fn life(wear: Wear, index: u64) -> EndedLife {
         Observation { t_fh, fault_vector, sigma: vec![0.0005], load: None, temperature: None }
     };
     let observations = (1..).map(|i| 60.0 * f64::from(i)).take_while(|t_fh| *t_fh < end_fh).map(&mut seen).collect();
-    EndedLife { observations, end_fh, ending: Ending::Failed }
+    EndedLife { observations, flights: Vec::new(), end_fh, ending: Ending::Failed }
 }
 
 fn fleet(wear: Wear, count: u64) -> Vec<EndedLife> {

@@ -1,6 +1,6 @@
 //! What estimators know before a life begins: the model's, or learned from files.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use domain::FaultModel;
@@ -10,17 +10,26 @@ use pipeline::{Labels, Model};
 use prognosis::surrogate::{RegressionSettings, Surrogate, SurrogateSettings, SvmSettings};
 
 use super::refuse;
-use crate::files::{histories, labels};
+use crate::{
+    files::{histories, labels, stress},
+    lesson::told_pace,
+};
+
+/// What is to teach instead of the model.
+pub struct Teach<'a> {
+    /// Files of labelled fault vectors, which teach the surrogate.
+    pub labels: &'a [PathBuf],
+    /// Lives that ended in failure, which teach all else.
+    pub prior: Option<&'a Path>,
+    /// Which of their columns act on wear.
+    pub stress: &'a stress::Flags,
+    /// Whether growth may change.
+    pub growth_changes: bool,
+}
 
 /// The model's own, but what the files teach instead; what is odd about them goes into the notes.
-pub fn gather(
-    model: &Model,
-    labels: &[impl AsRef<Path>],
-    prior: Option<&Path>,
-    growth_changes: bool,
-    seed: u64,
-    notes: &mut Vec<String>,
-) -> Result<Knowledge> {
+pub fn gather(model: &Model, teach: &Teach, seed: u64, notes: &mut Vec<String>) -> Result<Knowledge> {
+    let Teach { labels, prior, stress, growth_changes } = *teach;
     let bundle = model.bundle();
     let maps = bundle.maps().ok_or_else(|| {
         refuse("--model takes faults of an own diagnosis: tell the --limit of each, and no --model".to_owned())
@@ -31,9 +40,16 @@ pub fn gather(
         knowledge.replace_surrogate(train_surrogate(labels, &knowledge.faults)?);
     }
     if let Some(file) = prior {
-        let lives = histories::read_observations(file, &knowledge.faults, notes)?;
-        let learned = knowledge.learn(lives, growth_changes, seed);
-        learned.map_err(|error| refuse(format!("{}: {error}", file.display())))?;
+        let lives = histories::read_observations(file, &knowledge.faults, stress, notes)?;
+        let unteachable = |error| refuse(format!("{}: {error}", file.display()));
+        if stress.act() {
+            let lesson = knowledge.learn_with_pace(lives, growth_changes, seed).map_err(unteachable)?;
+            notes.push(
+                lesson.as_ref().map_or_else(|| "no life of --prior tells of load or temperature".to_owned(), told_pace),
+            );
+        } else {
+            knowledge.learn(lives, growth_changes, seed).map_err(unteachable)?;
+        }
     } else if knowledge.sigma.len() != knowledge.faults.len() {
         let faults = knowledge.faults.len();
         return Err(refuse(format!("the noise of {faults} faults is not known: give --prior to learn it")).into());

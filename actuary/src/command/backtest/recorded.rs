@@ -1,6 +1,6 @@
 //! Lives whose limits are told by their user: some teach, the others are judged, in the unit of their times.
 
-use std::collections::BTreeMap;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use anyhow::Result;
 use domain::FaultModel;
@@ -9,7 +9,7 @@ use evaluation::{
     replay_all,
 };
 use indicatif::ProgressBar;
-use prognosis::{EndedLife, Lesson, Limits, PredictionSettings, Scale};
+use prognosis::{EndedLife, Estimator, Lesson, Limits, Paced, PredictionSettings, Scale};
 
 use super::{Arguments, EstimatorName, SEED, learned::Learned, refuse, write};
 use crate::{
@@ -18,7 +18,7 @@ use crate::{
         output::OutputFolder,
         records::{self, Lives, Tables},
     },
-    lesson::FleetLesson,
+    lesson::{FleetLesson, told_pace},
     say::note,
 };
 
@@ -37,14 +37,16 @@ pub fn run(arguments: &Arguments, out: &OutputFolder, bar: &ProgressBar) -> Resu
         histories: &arguments.histories,
         prior: arguments.prior.as_deref(),
         split: arguments.split.map(std::num::NonZeroUsize::get),
+        stress: &arguments.stress,
     };
     let Lives { teach, judge, measures, mut notes } = records::read(tables, &arguments.records)?;
     let names = chosen(&arguments.estimators)?;
     bar.set_message("learning");
     let (every, settings) = settings(arguments, &teach.scale().expect("a failure teaches"), &judge)?;
-    let FleetLesson { scale, faults, sigma, lesson } = FleetLesson::learn(&teach)?;
+    let FleetLesson { scale, faults, sigma, lesson, pace } = FleetLesson::learn(&teach)?;
     let ended = teach.ended(&scale, &sigma);
     notes.extend(lesson.oddities());
+    notes.extend(pace.as_ref().map(told_pace));
     let recorded = judge.runs(&scale, &sigma, every);
     let limits = Limits::reference(faults.len());
     let taught = Taught { lesson: &lesson, lives: &ended, faults: &faults, limits: &limits };
@@ -97,17 +99,26 @@ impl<'a> Taught<'a> {
     fn contestant(&self, name: EstimatorName) -> Contestant<'a> {
         let Self { lesson, lives, faults, limits } = *self;
         let observed = "lives that taught a lesson were observed";
-        Contestant::Estimator(match name {
+        let estimator: Box<dyn Estimator> = match name {
             EstimatorName::Mixture => Box::new(lesson.mixture(faults, limits)),
             EstimatorName::Growth => Box::new(lesson.growth(faults, limits)),
             EstimatorName::Similarity => Box::new(lesson.similarity(faults, limits)),
             EstimatorName::Climatology => Box::new(lesson.companions.climatology.clone()),
-            EstimatorName::MixedExponential => Box::new(MixedEffects::exponential(lives).expect(observed)),
-            EstimatorName::MixedBrownian => Box::new(MixedBrownian::learn(lives).expect(observed)),
-            EstimatorName::MixedPolynomial => Box::new(MixedEffects::polynomial(lives).expect(observed)),
+            EstimatorName::MixedExponential => return rival(MixedEffects::exponential(lives).expect(observed)),
+            EstimatorName::MixedBrownian => return rival(MixedBrownian::learn(lives).expect(observed)),
+            EstimatorName::MixedPolynomial => return rival(MixedEffects::polynomial(lives).expect(observed)),
             _ => unreachable!("refused before"),
-        })
+        };
+        match &lesson.pace {
+            Some(law) => Contestant::Paced(Paced { law: Cow::Borrowed(law), inner: estimator }),
+            None => Contestant::Estimator(estimator),
+        }
     }
+}
+
+/// A model of the literature, which knows nothing of the pace.
+fn rival<'a>(estimator: impl Estimator + 'a) -> Contestant<'a> {
+    Contestant::Estimator(Box::new(estimator))
 }
 
 /// The time between predictions as it was told, and how to replay.

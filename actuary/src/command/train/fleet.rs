@@ -6,7 +6,7 @@ use anyhow::Result;
 use domain::FaultModel;
 use evaluation::Recorded;
 use pipeline::{Bundle, Model, Provenance};
-use prognosis::{EndedLife, Ending, LifePrior, Observation, fit_noise, learn_from_ended};
+use prognosis::{EndedLife, Ending, Flight, LifePrior, Observation, fit_noise, learn_from_ended};
 
 use super::{Arguments, refuse};
 use crate::{
@@ -15,6 +15,7 @@ use crate::{
         bundle,
         histories::{self, Files, Recordings},
         output::OutputFile,
+        stress,
     },
     say::{note, say},
 };
@@ -34,9 +35,15 @@ pub fn run(base: &Path, arguments: &Arguments) -> Result<()> {
             refuse(format!("the model takes faults of an own diagnosis: tell --limit of each ({names})")).into()
         );
     }
-    let files = Files { histories: &arguments.histories, truths: &arguments.truth, growths: &[], laws: false };
+    let files = Files {
+        histories: &arguments.histories,
+        truths: &arguments.truth,
+        growths: &[],
+        laws: false,
+        stress: &arguments.stress,
+    };
     let Recordings { runs, notes } = histories::read_all(files, &base.faults)?;
-    let lives = ended(runs, &base.faults, !arguments.truth.is_empty())?;
+    let lives = ended(runs, &base.faults, &arguments.stress, !arguments.truth.is_empty())?;
     let failures = lives.iter().filter(|life| life.ending == Ending::Failed).count();
     if failures == 0 {
         return Err(
@@ -60,7 +67,12 @@ pub fn run(base: &Path, arguments: &Arguments) -> Result<()> {
 }
 
 /// Lives that are over, with the noise that they show: failed where that is told, or where nothing is told of any.
-fn ended(runs: Vec<Recorded>, faults: &FaultModel, told: bool) -> Result<Vec<EndedLife>, Failure> {
+fn ended(
+    runs: Vec<Recorded>,
+    faults: &FaultModel,
+    stress: &stress::Flags,
+    told: bool,
+) -> Result<Vec<EndedLife>, Failure> {
     let histories: Vec<Vec<Observation>> = runs.iter().map(|recorded| recorded.run.observations.clone()).collect();
     let sigma = fit_noise(&histories, faults).map_err(|error| refuse(error.to_string()))?;
     let ended = |(recorded, mut observations): (&Recorded, Vec<Observation>)| {
@@ -71,7 +83,8 @@ fn ended(runs: Vec<Recorded>, faults: &FaultModel, told: bool) -> Result<Vec<End
             None if told => (last_fh, Ending::Removed),
             None => (last_fh, Ending::Failed),
         };
-        Some(EndedLife { observations, end_fh, ending })
+        let flights = if stress.act() { observations.iter().map(Flight::of).collect() } else { Vec::new() };
+        Some(EndedLife { observations, flights, end_fh, ending })
     };
     Ok(runs.iter().zip(histories).filter_map(ended).collect())
 }

@@ -16,7 +16,7 @@ use crate::{
         output::OutputFile,
         records::{self, Measure, Teachers},
     },
-    lesson::FleetLesson,
+    lesson::{FleetLesson, told_pace},
     say::{note, say},
 };
 
@@ -27,7 +27,8 @@ const HOURS: [&str; 6] = ["h", "hour", "hours", "fh", "flight hours", "flight_ho
 pub fn run(base: &Path, arguments: &Arguments) -> Result<()> {
     let started = Instant::now();
     let base = bundle::read(base)?;
-    let Teachers { lives, measures, mut notes } = records::read_teachers(&arguments.histories, &arguments.records)?;
+    let Teachers { lives, measures, mut notes } =
+        records::read_teachers(&arguments.histories, &arguments.records, &arguments.stress)?;
     must_count_hours(&lives)?;
     must_have_one_nominal_value(&measures)?;
     let out = OutputFile::new(&arguments.out)?;
@@ -101,7 +102,7 @@ fn own_sigma(measure: &Measure, sigma: f64) -> f64 {
 
 /// What was learned, in the units of the table.
 fn report(lives: &Records, measures: &[Measure], taught: &FleetLesson) {
-    let FleetLesson { scale, sigma, lesson, .. } = taught;
+    let FleetLesson { scale, sigma, lesson, pace, .. } = taught;
     let (count, failures) = (lives.lives.len(), lives.failures());
     say!("{count} lives taught, {failures} of them failed; the median life is {:.0} h", scale.characteristic_life);
     for (measure, sigma) in measures.iter().zip(sigma) {
@@ -109,6 +110,7 @@ fn report(lives: &Records, measures: &[Measure], taught: &FleetLesson) {
         say!("  {name}: from {nominal} to {limit}, one value +- {:.3}", own_sigma(measure, *sigma));
     }
     lesson.growth.laws.iter().for_each(law);
+    pace.iter().for_each(|pace| say!("{}", told_pace(pace)));
     super::report_companions(&lesson.companions, &|fh| scale.time(fh));
 }
 

@@ -7,7 +7,10 @@ use prognosis::Ending;
 use super::flags::Flags;
 use crate::{
     exit::Failure,
-    files::table::{Column, Table},
+    files::{
+        stress::{self, StressColumn},
+        table::{Column, Table},
+    },
 };
 
 /// Columns that count time, by their usual names.
@@ -49,6 +52,8 @@ pub struct Row {
     pub time: f64,
     /// The columns that have a limit, in their order.
     pub values: Vec<f64>,
+    /// Load and temperature, where they are told.
+    pub stress: [Option<f64>; 2],
 }
 
 impl Unit {
@@ -68,17 +73,22 @@ struct Columns<'a> {
     unit: Column<'a>,
     faults: Vec<Column<'a>>,
     end: Option<Column<'a>>,
+    /// Load and temperature, each with what is told of its column.
+    stress: [Option<(Column<'a>, &'a StressColumn)>; 2],
 }
 
 impl RecordFile {
     /// Reads a table.
-    pub fn read(file: &Path, flags: &Flags) -> Result<Self, Failure> {
+    pub fn read(file: &Path, flags: &Flags, stress: &stress::Flags) -> Result<Self, Failure> {
         let table = Table::open(file)?;
         let (time, time_unit) = time_column(&table, flags.time.as_deref())?;
         let unit = the_one(&table, flags.unit.as_deref(), &UNITS, "names the unit", "--unit COLUMN")?;
         let names: Vec<&str> = flags.limits.iter().map(|limit| limit.name.as_str()).collect();
         let used: Vec<&str> =
             names.iter().copied().chain([time.as_str(), unit.as_str()]).chain(flags.end.as_deref()).collect();
+        let stressing = stress.columns();
+        let used: Vec<&str> =
+            used.into_iter().chain(stressing.iter().flatten().map(|told| told.name.as_str())).collect();
         if let Some(twice) = (1..used.len()).find(|&i| used[..i].contains(&used[i])) {
             return Err(table.refuse(format!("column {} cannot be two things at once", used[twice])));
         }
@@ -87,6 +97,7 @@ impl RecordFile {
             unit: table.column(&unit)?,
             faults: names.iter().map(|name| limited(&table, name)).collect::<Result<_, _>>()?,
             end: flags.end.as_deref().map(|name| table.column(name)).transpose()?,
+            stress: stress::found(&table, stressing)?,
         };
         let (units, repeated) = units(&table, &columns)?;
         let ignored = table.header().iter().filter(|name| !used.contains(&name.as_str())).cloned().collect();
@@ -157,7 +168,11 @@ fn units(table: &Table, columns: &Columns) -> Result<(Vec<Unit>, usize), Failure
             units.push(Unit { name: name.to_owned(), rows: Vec::new(), ending: None });
         }
         let values = columns.faults.iter().map(|column| column.number(place)).collect::<Result<_, _>>()?;
-        units[unit].rows.push(Row { place, time: time(&columns.time, place)?, values });
+        let mut stress = [None; 2];
+        for (value, column) in stress.iter_mut().zip(&columns.stress) {
+            *value = column.as_ref().map_or(Ok(None), |(column, told)| told.read(column, place))?;
+        }
+        units[unit].rows.push(Row { place, time: time(&columns.time, place)?, values, stress });
     }
     let mut repeated = 0;
     for unit in &mut units {

@@ -50,7 +50,7 @@ pub fn read(told: Told, measures: &[Measure], untold: Untold) -> Result<Life, Fa
     times.truncate(kept);
     severities.truncate(kept);
     let lives = passage.is_none_or(|end| end > times[0]);
-    let life = RecordedLife { unit: unit.name.clone(), times, severities, end };
+    let life = RecordedLife { unit: unit.name.clone(), times, severities, stress: Vec::new(), end };
     Ok(Life { life: lives.then_some(life), passed: passage.is_some(), after })
 }
 
