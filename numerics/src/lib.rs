@@ -30,10 +30,12 @@ pub mod normal;
 pub mod quantile;
 pub mod random;
 pub mod resampling;
+pub mod robust_line;
 pub mod symmetric;
 
 pub use apportionment::apportion;
 pub use fixed_cholesky::FixedCholesky;
 pub use least_squares::LeastSquares;
 pub use random::Stream;
+pub use robust_line::RobustLine;
 pub use symmetric::{Cholesky, Symmetric};

@@ -51,7 +51,7 @@ pub use diagnosis::{MapKind, Measurement};
 pub use estimate::EstimateError;
 pub use learning::{OtherFaults, PastLife};
 pub use life_context::LifeContext;
-pub use loads::{LoadModel, LoadReferences};
+pub use loads::{LoadModel, LoadReferences, LoadTeller, known_load, motor_ratio};
 pub use metrics::{DiagnosisMetrics, Metrics, SurrogateMetrics, Validation};
 pub use model::Model;
 pub use outlook::Outlook;

@@ -1,5 +1,5 @@
-//! What a bundle knows of loads: how to read a tail that brings no sensor configuration of its own, and
-//! what load and temperature are measured against in u = [1, |M_h|/M_ref, (T - T_ref)/T_scale].
+//! What a bundle knows of loads: how to read a tail that brings no sensor configuration of its own, what a motor tells
+//! where no strain does, and what load and temperature are measured against in u = [1, |M_h|/M_ref, (T - T_ref)/T_scale].
 
 use airframe::{
     flight::{Flight, FlightSettings, HingeMoments},
@@ -7,9 +7,10 @@ use airframe::{
     reference::{MEAN_HINGE_MOMENTS, reference_configuration},
     strain::Layout,
 };
-use domain::{HingeLoad, Invalid, SensorConfiguration, Upload, sensor_configuration::Surface};
-use ema::wear::AMBIENT_TEMPERATURE;
+use domain::{Estimate, HingeLoad, Invalid, SensorConfiguration, Upload, sensor_configuration::Surface};
+use ema::{faults::ElectricalFaults, wear::AMBIENT_TEMPERATURE};
 use numerics::Stream;
+use prognosis::MotorCalibration;
 use serde::{Deserialize, Serialize};
 
 /// Simulated flights from which the envelope is learned.
@@ -25,6 +26,9 @@ pub struct LoadModel {
     pub envelope: FlightEnvelope,
     /// What is 1, and what is 0, of load and temperature.
     pub references: LoadReferences,
+    /// What the motor tells of its load, unless past lives have taught it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor: Option<MotorCalibration>,
 }
 
 /// References of u.
@@ -60,6 +64,7 @@ impl LoadModel {
                 temperature_c: AMBIENT_TEMPERATURE.zero_c,
                 temperature_scale_k: AMBIENT_TEMPERATURE.scale_k,
             },
+            motor: None,
         }
     }
 
@@ -92,4 +97,30 @@ impl LoadReferences {
     pub fn temperature(&self, temperature_c: f64) -> f64 {
         (temperature_c - self.temperature_c) / self.temperature_scale_k
     }
+}
+
+/// Who tells the load of a flight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LoadTeller {
+    /// The wing: strain, air data or both.
+    Wing,
+    /// The motor, by its calibration.
+    Motor,
+}
+
+/// The load of the flight of an estimate, abs(M_h) over the reference moment, and who tells it: the wing if it does, else the
+/// motor if its calibration is known; `None` where neither does.
+pub fn known_load(estimate: &Estimate, motor: Option<&MotorCalibration>) -> Option<(f64, LoadTeller)> {
+    if let Some(load) = &estimate.load {
+        return Some((load.ratio, LoadTeller::Wing));
+    }
+    Some((motor?.load(motor_ratio(estimate)?), LoadTeller::Motor))
+}
+
+/// Mean size of the load ratio of an estimate for the healthy share of the windings, which is in proportion to the torque: a
+/// winding with shorted turns needs 1/(mean healthy share) of the current for it. As measured where there is no diagnosis.
+pub fn motor_ratio(estimate: &Estimate) -> Option<f64> {
+    let faults = estimate.usable().and_then(|diagnosis| ElectricalFaults::try_from(&diagnosis.fault_vector).ok());
+    let healthy = faults.map_or(1.0, |faults| faults.healthy().iter().sum::<f64>() / 3.0);
+    Some(estimate.load_ratio? * healthy)
 }
