@@ -102,9 +102,8 @@ impl Sums {
         let total: f64 = weighted.iter().map(|(w, ..)| w).sum();
         let mean_x = weighted.iter().map(|(w, x, _)| w * x).sum::<f64>() / total;
         let mean_y = weighted.iter().map(|(w, _, y)| w * y).sum::<f64>() / total;
-        let moment = |of: fn(f64, f64) -> f64| -> f64 {
-            weighted.iter().map(|(w, x, y)| w * of(x - mean_x, y - mean_y)).sum()
-        };
+        let moment =
+            |of: fn(f64, f64) -> f64| -> f64 { weighted.iter().map(|(w, x, y)| w * of(x - mean_x, y - mean_y)).sum() };
         let [xx, xy, yy] = [moment(|x, _| x * x), moment(|x, y| x * y), moment(|_, y| y * y)];
         Self { weight: total, mean_x, mean_y, xx, xy, yy }
     }
