@@ -10,6 +10,7 @@ mod door;
 mod environment;
 mod exit;
 mod files;
+mod flights;
 mod health;
 mod hindsight;
 mod http;

@@ -1,4 +1,4 @@
-//! Physics of the wing: from the flight condition to the loads on its control surfaces.
+//! Physics of the wing and of an elevator: from the flight condition to the loads on control surfaces.
 //!
 //! ```
 //! use airframe::fbg;
@@ -14,6 +14,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod beam;
+pub mod elevator;
 pub mod fbg;
 pub mod flight;
 pub mod glue;
@@ -29,6 +30,7 @@ pub mod strain;
 pub mod wing;
 
 pub use beam::{Beam, SectionLoads};
+pub use elevator::Doublet;
 pub use flight::{Flight, FlightSettings, HingeTarget};
 pub use hinge::{HingeModel, hinge_rows};
 pub use lifting_line::{Basis, LiftingLine, Loading};

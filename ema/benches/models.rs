@@ -10,7 +10,7 @@ use ema::{
     commutation::BINS,
     faults::ElectricalFaults,
     lf2,
-    manoeuvre::Manoeuvre,
+    manoeuvre::{Manoeuvre, Signal},
     motor::Motor,
     observer::{Observer, Sample},
     response::simulate_response,
@@ -101,10 +101,11 @@ fn map(criterion: &mut Criterion) {
 
 fn upload(criterion: &mut Criterion) {
     let (motor, faults) = (Motor::default(), faults());
-    let manoeuvre = Manoeuvre::operating(&mut Stream::new(1, &["upload"]));
-    let settings = Settings::new(Model::HighFidelity, 20.0);
+    let load_nm = Signal::constant(0.15);
+    let manoeuvre = Manoeuvre::stroke(&motor, load_nm, &mut Stream::new(1, &["upload"]));
+    let settings = Settings::new(Model::HighFidelity, 1.5);
     let bins: Vec<usize> = (0..BINS).step_by(12).collect();
-    let awaited = Awaited { bins: &bins, passes: 10 };
+    let awaited = Awaited { bins: &bins, passes: 10, from_s: 0.04 };
     criterion.bench_function("upload of 10 passes", |bencher| {
         bencher.iter(|| simulate_map_until(Model::HighFidelity, &motor, &faults, &manoeuvre, &settings, awaited));
     });

@@ -41,6 +41,8 @@ pub struct Awaited<'a> {
     pub bins: &'a [usize],
     /// Gated passes that each of them needs.
     pub passes: u32,
+    /// Time from which passes count, s: the motion has settled.
+    pub from_s: f64,
 }
 
 /// Gathers passes; feed it by either model or by measurements.
@@ -55,6 +57,8 @@ pub struct MapAccumulator {
     awaited_passes: u32,
     /// Awaited bins that lack passes; `None` when there is nothing to wait for.
     lacking: Option<usize>,
+    /// Time until passes count, s.
+    unsettled_s: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -100,6 +104,7 @@ impl MapAccumulator {
             awaited: vec![false; BINS],
             awaited_passes: 0,
             lacking: None,
+            unsettled_s: 0.0,
         }
     }
 
@@ -109,6 +114,7 @@ impl MapAccumulator {
             self.awaited[kept_bin(bin)] = true;
         }
         self.awaited_passes = awaited.passes.max(1);
+        self.unsettled_s = awaited.from_s;
         self.lacking = Some(self.awaited.iter().filter(|awaited| **awaited).count());
         self
     }
@@ -183,6 +189,10 @@ impl MapAccumulator {
 impl Observer for MapAccumulator {
     #[inline]
     fn observe(&mut self, sample: &Sample) {
+        if self.unsettled_s > 0.0 {
+            self.unsettled_s -= sample.step_s;
+            return;
+        }
         match &mut self.pass {
             Some(pass) if pass.bin == sample.bin => {
                 pass.steps += 1;
@@ -286,7 +296,7 @@ mod tests {
     #[test]
     fn a_map_is_done_with_the_last_awaited_pass() {
         // Bin 31 is a guard bin of the commutation at 30: bin 32 stands for it.
-        let mut accumulator = accumulator().until(Awaited { bins: &[31, 100], passes: 2 });
+        let mut accumulator = accumulator().until(Awaited { bins: &[31, 100], passes: 2, from_s: 0.0 });
         turn(&mut accumulator, 150.0, |_| 0.07);
         (0..=100).for_each(|bin| pass(&mut accumulator, bin, 150.0, 0.07, 1.0));
         assert!(!accumulator.done());

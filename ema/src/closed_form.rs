@@ -1,13 +1,15 @@
-//! The back-EMF map in closed form.
+//! The back-EMF map in closed form, and the load ratio of steady motion.
 //!
 //! What: the map value that a perfect estimator would find, from the faults and the load ratio
-//! r = R i/(k_nom w) of the bin. Requirements: no voltage saturation, no commutation transient.
+//! r = R i/(k_nom w) of the bin; and that ratio from the torque at the output. Requirements: no voltage saturation, no commutation transient.
 //! Source: Berri 2021, eq. 6.2 with the phase coefficients 3.33-3.35 and the voltage balance of the
 //! active pair, whose resistance is R/2 sum N_j: y = 1/2 sum N_j (1 + r + zeta cos(...)) - r.
 
 use crate::{
     commutation::{ACTIVE_PAIRS, BINS, bin_centre_rad, sector},
     faults::ElectricalFaults,
+    motor::Motor,
+    shaft::damping_nm_s_rad,
 };
 
 /// Map value in units of k_nom at the centre of a bin, under a load ratio.
@@ -22,6 +24,25 @@ pub fn back_emf(faults: &ElectricalFaults, bin: usize, load_ratio: f64) -> f64 {
 /// The whole map in units of k_nom, under one load ratio per bin.
 pub fn map(faults: &ElectricalFaults, load_ratios: &[f64; BINS]) -> Vec<f64> {
     load_ratios.iter().enumerate().map(|(bin, &load_ratio)| back_emf(faults, bin, load_ratio)).collect()
+}
+
+/// Mean load ratio of a motor that turns steadily in positive direction at `speed_rad_s` under a torque at the output, which
+/// opposes where it is positive.
+///
+/// The torque balance T_m = T_u/(i eta_D) + T_f + C w of opposing loads (C with the braking of shorted windings), with
+/// T_m = k_nom y_0 I and y_0 the mean of the map without load, makes the ratio r = R I/(k_nom w) a straight line over the load:
+/// **r = R/(k_nom^2 y_0 w) (T_u/(i eta_D) + T_f + C w)**. At a speed that is always the same, intercept and slope tell friction
+/// and efficiency; T_u is the hinge moment times what the linkage makes of it. Windings that are shorted raise both.
+pub fn steady_load_ratio(motor: &Motor, faults: &ElectricalFaults, output_nm: f64, speed_rad_s: f64) -> f64 {
+    let unloaded = map(faults, &[0.0; BINS]).iter().sum::<f64>() / BINS as f64;
+    let torque_nm = motor.transmission().steady_torque_nm(output_nm) + damping_nm_s_rad(motor, faults) * speed_rad_s;
+    let k_nom = motor.back_emf_v_s_rad;
+    motor.resistance_ohm * torque_nm / (k_nom * k_nom * unloaded * speed_rad_s)
+}
+
+/// Torque at the shaft of a healthy motor that a load ratio at a speed stands for, N m.
+pub fn torque_nm(motor: &Motor, load_ratio: f64, speed_rad_s: f64) -> f64 {
+    motor.back_emf_v_s_rad * motor.back_emf_v_s_rad * speed_rad_s * load_ratio / motor.resistance_ohm
 }
 
 #[cfg(test)]
@@ -54,6 +75,18 @@ mod tests {
             let map = map(&ElectricalFaults::default(), &[load_ratio; BINS]);
             assert!(map.iter().all(|y| (y - 1.0).abs() < 1e-15));
         }
+    }
+
+    #[test]
+    fn the_load_ratio_is_a_straight_line_over_an_opposing_load_and_gives_the_torque_back() {
+        let motor = Motor { opposing_efficiency: 0.8, ..Motor::default() };
+        let ratio = |output_nm| steady_load_ratio(&motor, &ElectricalFaults::default(), output_nm, 280.0);
+        for output_nm in [0.0, 50.0, 200.0] {
+            let expected_nm = output_nm / 500.0 / 0.8 + 0.06 + 5e-5 * 280.0;
+            assert!((torque_nm(&motor, ratio(output_nm), 280.0) - expected_nm).abs() < 1e-12, "{output_nm}");
+        }
+        let shorted = ElectricalFaults::new([0.2, 0.0, 0.0], 0.0, 0.0).unwrap();
+        assert!(steady_load_ratio(&motor, &shorted, 50.0, 280.0) > 1.1 * ratio(50.0));
     }
 
     #[test]

@@ -38,5 +38,6 @@ pub mod response;
 pub mod scenario;
 pub mod shaft;
 pub mod simulation;
+pub mod transmission;
 pub mod wear;
 pub mod wear_law;

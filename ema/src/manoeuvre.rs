@@ -5,6 +5,8 @@ use std::f64::consts::TAU;
 use numerics::Stream;
 use serde::{Deserialize, Serialize};
 
+use crate::motor::Motor;
+
 /// One harmonic of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sine {
@@ -16,7 +18,27 @@ pub struct Sine {
     pub phase_rad: f64,
 }
 
-/// A constant plus a ramp plus sines.
+/// Values at equal intervals from time zero; linear between them, the last one for ever.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Series {
+    /// Seconds between values.
+    pub interval_s: f64,
+    /// The values, in the signal's unit; at least one.
+    pub values: Vec<f64>,
+}
+
+impl Series {
+    fn at(&self, time_s: f64) -> f64 {
+        let place = (time_s / self.interval_s).max(0.0);
+        let (index, last) = (place as usize, self.values.len() - 1);
+        if index >= last {
+            return self.values[last];
+        }
+        self.values[index] + (place - index as f64) * (self.values[index + 1] - self.values[index])
+    }
+}
+
+/// A constant plus a ramp plus sines plus what a series says.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Signal {
     /// The constant.
@@ -25,6 +47,9 @@ pub struct Signal {
     pub rate_per_s: f64,
     /// The harmonics.
     pub sines: Vec<Sine>,
+    /// What is no sum of these.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub series: Option<Series>,
 }
 
 impl Signal {
@@ -43,12 +68,36 @@ impl Signal {
         Self { sines: vec![Sine { amplitude, frequency_hz, phase_rad: 0.0 }], ..Self::default() }
     }
 
+    /// A signal given by its values, at least one.
+    pub fn series(interval_s: f64, values: Vec<f64>) -> Self {
+        Self { series: Some(Series { interval_s, values }), ..Self::default() }
+    }
+
+    /// The signal times a factor.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let sine = |sine: &Sine| Sine { amplitude: factor * sine.amplitude, ..*sine };
+        let series = |series: &Series| Series {
+            interval_s: series.interval_s,
+            values: series.values.iter().map(|value| factor * value).collect(),
+        };
+        Self {
+            constant: factor * self.constant,
+            rate_per_s: factor * self.rate_per_s,
+            sines: self.sines.iter().map(sine).collect(),
+            series: self.series.as_ref().map(series),
+        }
+    }
+
     /// Value at a time, s.
     pub fn at(&self, time_s: f64) -> f64 {
         let value = |sine: &Sine| sine.amplitude * libm::sin(TAU * sine.frequency_hz * time_s + sine.phase_rad);
-        self.sines.iter().fold(self.constant + self.rate_per_s * time_s, |sum, sine| sum + value(sine))
+        let smooth = self.sines.iter().fold(self.constant + self.rate_per_s * time_s, |sum, sine| sum + value(sine));
+        self.series.as_ref().map_or(smooth, |series| smooth + series.at(time_s))
     }
 }
+
+/// Speed of the motor in a [`Manoeuvre::stroke`], rad/s: always the same, so that load ratios of flights compare.
+pub const STROKE_SPEED_RAD_S: f64 = 240.0;
 
 /// Command, load and disturbance of one run. The output starts at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -97,6 +146,36 @@ impl Manoeuvre {
             start_rad: command_rad.at(0.0),
             command_rad,
             load_nm: Signal { constant: steady, sines: vec![gust], ..Signal::default() },
+            current_noise_a: 0.1,
+            noise_seed: stream.bits(),
+        }
+    }
+
+    /// A measuring stroke of `motor`: its output is moved at a held rate against the load of a flight, from rest on one side of
+    /// neutral to the other. Where it begins is random, as are a small fast sine of the command, a variation of the load
+    /// about that of the flight, and interference on the current reference.
+    pub fn stroke(motor: &Motor, load_nm: Signal, stream: &mut Stream) -> Self {
+        let mut between = |low: f64, high: f64| low + (high - low) * stream.uniform();
+        let level_nm = load_nm.at(0.0);
+        let against = if level_nm < 0.0 { -1.0 } else { 1.0 };
+        let start_rad = -against * between(0.2, 0.25);
+        let sway =
+            Sine { amplitude: between(0.0, 1e-3), frequency_hz: between(3.0, 8.0), phase_rad: between(0.0, TAU) };
+        let share = between(0.0, 0.15);
+        let buffet =
+            Sine { amplitude: share * level_nm.abs(), frequency_hz: between(4.0, 12.0), phase_rad: between(0.0, TAU) };
+        let rate_rad_s = against * STROKE_SPEED_RAD_S / motor.gear_ratio;
+        // The position loop follows a ramp at this distance: it holds the rate from the beginning.
+        let lead_rad = rate_rad_s / motor.position_gain_per_s;
+        Self {
+            start_rad,
+            command_rad: Signal {
+                constant: start_rad + lead_rad,
+                rate_per_s: rate_rad_s,
+                sines: vec![sway],
+                series: None,
+            },
+            load_nm: Signal { sines: [load_nm.sines, vec![buffet]].concat(), ..load_nm },
             current_noise_a: 0.1,
             noise_seed: stream.bits(),
         }
@@ -178,6 +257,15 @@ mod tests {
             let (time_s, tick) = (f64::from(i) * TICK_S, ticks.next_tick());
             assert!((tick.command_rad - manoeuvre.command_rad.at(time_s)).abs() < 2e-8);
             assert!((tick.load_nm - manoeuvre.load_nm.at(time_s)).abs() < 5e-8);
+        }
+    }
+
+    #[test]
+    fn a_series_is_linear_between_its_values_and_stays_at_its_last() {
+        let signal = Signal { constant: 1.0, ..Signal::series(0.5, vec![0.0, 2.0, -1.0]) };
+        for (time_s, value) in [(0.0, 1.0), (0.25, 2.0), (0.5, 3.0), (0.9, 0.6), (1.0, 0.0), (9.0, 0.0)] {
+            assert!((signal.at(time_s) - value).abs() < 1e-12, "{time_s}");
+            assert!((signal.scaled(-3.0).at(time_s) + 3.0 * value).abs() < 1e-12, "{time_s}");
         }
     }
 

@@ -3,10 +3,12 @@
 use domain::Invalid;
 use serde::{Deserialize, Serialize};
 
+use crate::transmission::Transmission;
+
 /// One actuator in the parameter set `response`. Electrical values are line to line; a phase has half
 /// the resistance, inductance and back-EMF constant. Mechanical values are at the motor shaft.
 ///
-/// Serialised with the short names of the literature; every field is required, others are refused.
+/// Serialised with the short names of the literature; every field but the gears' efficiency is required, others are refused.
 /// Fields are free to set: [`Motor::check`] says whether they make an actuator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -86,6 +88,17 @@ pub struct Motor {
     /// Stribeck excess of viscous friction at standstill (high-fidelity model only), N m s/rad.
     #[serde(rename = "Cs")]
     pub stribeck_damping_nm_s_rad: f64,
+    /// Efficiency of the gears under a load that opposes the motion; 1 where none is given.
+    #[serde(rename = "etaD", default = "lossless", skip_serializing_if = "is_lossless")]
+    pub opposing_efficiency: f64,
+}
+
+fn lossless() -> f64 {
+    1.0
+}
+
+fn is_lossless(efficiency: &f64) -> bool {
+    *efficiency == lossless()
 }
 
 impl Default for Motor {
@@ -117,6 +130,7 @@ impl Default for Motor {
             current_noise_a: 0.0,
             load_stiffness_nm_rad: 0.0,
             stribeck_damping_nm_s_rad: 0.0,
+            opposing_efficiency: lossless(),
         }
     }
 }
@@ -137,6 +151,15 @@ impl Motor {
         0.5 * self.back_emf_v_s_rad
     }
 
+    /// The gears, with the dynamic dry friction at their input.
+    pub fn transmission(&self) -> Transmission {
+        Transmission {
+            ratio: self.gear_ratio,
+            opposing_efficiency: self.opposing_efficiency,
+            friction_nm: self.dynamic_friction_nm,
+        }
+    }
+
     /// Names every field (`#/R`) whose value makes no actuator.
     pub fn check(&self) -> Result<(), Invalid> {
         let mut invalid = Invalid::default();
@@ -149,6 +172,9 @@ impl Motor {
             if !(value.is_finite() && value >= 0.0) {
                 invalid.push(format!("#/{name}"), format!("{value} is not zero or a positive number"));
             }
+        }
+        if !(self.opposing_efficiency > 0.0 && self.opposing_efficiency <= 1.0) {
+            invalid.push("#/etaD", format!("{} is not an efficiency in (0, 1]", self.opposing_efficiency));
         }
         if self.pole_pairs.fract() != 0.0 {
             invalid.push("#/P", format!("{} is not a whole number of pole pairs", self.pole_pairs));

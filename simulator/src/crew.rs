@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use domain::Mask;
-use ema::{faults::ElectricalFaults, motor::Motor, wear::AMBIENT_TEMPERATURE};
+use ema::{faults::ElectricalFaults, wear::AMBIENT_TEMPERATURE};
 use numerics::Stream;
 use proto::json::{MaintenanceBody, MaintenanceKind, UploadBody};
 use tokio::{sync::Semaphore, task::spawn_blocking};
@@ -12,6 +12,8 @@ use crate::{
     Client, FleetError, Sent,
     client::Heard,
     instrument::SAMPLE_NOISE,
+    linkage,
+    mission::Surroundings,
     plan::{FLIGHT_FH, FleetPlan, PART_NUMBER},
     roster::{Step, What},
     unit::Condition,
@@ -31,7 +33,6 @@ pub struct Flown {
 #[derive(Debug, Clone)]
 pub struct Crew {
     pub plan: FleetPlan,
-    pub motor: Motor,
     pub wing: Arc<InstrumentedWing>,
     pub mask: Arc<Mask>,
     pub client: Client,
@@ -88,16 +89,20 @@ impl Crew {
     /// What the aircraft sends after a flight.
     async fn measure(&self, step: &Step) -> Result<UploadBody, FleetError> {
         let _core = self.cores.acquire().await.expect("never closed");
-        let (motor, mask, physics, seed) = (self.motor.clone(), self.mask.clone(), self.plan.physics, self.plan.seed);
+        let (mask, physics, seed) = (self.mask.clone(), self.plan.physics, self.plan.seed);
         let (wing, position) = (self.wing.clone(), self.plan.position(step.slot));
         let (unit, flights, hours) = (step.unit.clone(), step.flights, step.flight_hours());
+        let (equivalent_h, mission) = (step.equivalent_h, step.surroundings);
         let (reading, flight, ambient_c) = spawn_blocking(move || {
-            let Condition { faults, load, temperature } = unit.at(hours);
+            let Condition { faults, surroundings } = unit.at(equivalent_h);
+            let Surroundings { load, temperature } = mission.unwrap_or(surroundings);
             let faults = ElectricalFaults::try_from(faults).expect("wear stays within what the physics can do");
             let key = ["flight", unit.serial_number.as_str(), &flights.to_string()];
             let ambient_c = AMBIENT_TEMPERATURE.zero_c + AMBIENT_TEMPERATURE.scale_k * temperature;
-            let flight = wing.fly(&position, load, ambient_c, &Stream::new(seed, &["wing", key[1], key[2]]));
-            (physics.measure(&motor, &faults, &mask, Stream::new(seed, &key)), flight, ambient_c)
+            let sortie = wing.fly(&position, load, ambient_c, &Stream::new(seed, &["wing", key[1], key[2]]));
+            let motor = linkage::motor(unit.transmission_efficiency);
+            let reading = physics.measure(&motor, &faults, &mask, &sortie.output_torque(), Stream::new(seed, &key));
+            (reading, sortie.flight, ambient_c)
         })
         .await?;
         Ok(UploadBody {

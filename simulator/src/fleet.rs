@@ -5,7 +5,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use ema::{commutation::BINS, motor::Motor};
+use ema::commutation::BINS;
 use tokio::{
     sync::Semaphore,
     task::{JoinSet, spawn_blocking},
@@ -50,7 +50,7 @@ impl Fleet {
         let wing = Arc::new(spawn_blocking(InstrumentedWing::reference).await?);
         let roster = Roster::new(plan.clone(), units);
         let cores = Arc::new(Semaphore::new(cores));
-        let crew = Crew { plan, motor: Motor::default(), wing, mask, client, cores };
+        let crew = Crew { plan, wing, mask, client, cores };
         let mut fleet = Self { crew, roster, heard: BTreeMap::new() };
         fleet.catch_up().await?;
         Ok(fleet)
@@ -90,7 +90,11 @@ impl Fleet {
             serial_number: &occupant.unit.serial_number,
             life: occupant.unit.life,
             flight_hours: occupant.flights as f64 * FLIGHT_FH,
-            failure_fh: occupant.unit.failure_fh(),
+            failure_fh: occupant.failure_fh,
+            mission: self.plan().mission(occupant.slot),
+            pace: occupant.pace,
+            equivalent_h: occupant.equivalent_h,
+            transmission_efficiency: occupant.unit.transmission_efficiency,
         })
     }
 

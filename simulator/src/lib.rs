@@ -1,10 +1,12 @@
-//! A simulated fleet: every actuator has a hidden wear, its motor physics makes the samples, and it
-//! uploads over REST as an aircraft would. Nothing of the hidden truth leaves but by the truth file.
+//! A simulated fleet: every actuator has a hidden wear, its motor physics makes the samples under the load of its flight, and
+//! it uploads over REST as an aircraft would. Nothing of the hidden truth leaves but by the truth file.
 
 mod client;
 mod crew;
 mod fleet;
 mod instrument;
+mod linkage;
+mod mission;
 mod plan;
 mod roster;
 mod truth;
@@ -14,7 +16,8 @@ mod wing;
 pub use client::{Client, Sent};
 pub use crew::Flown;
 pub use fleet::Fleet;
-pub use instrument::Physics;
+pub use instrument::{OutputTorque, Physics};
+pub use mission::{Mission, Pace, UnknownMission};
 pub use plan::{FH_PER_DAY, FleetPlan, Upkeep};
 pub use truth::{Truth, write_truth};
 

@@ -2,7 +2,7 @@
 //!
 //! Card. *What:* all slots fly together, one flight a step; between two flights, units that have failed or whose
 //! overhaul is due go to the shop, spares or new units take their places, and some units change places with one of
-//! another tail. *Update rule:* shop, replacements and swaps in the order of the slots, then the flight. *Draws:* a
+//! another tail. A flight wears a unit at the pace of the mission of the tail on which it is. *Update rule:* shop, replacements and swaps in the order of the slots, then the flight. *Draws:* a
 //! unit's next overhaul, its next swap and whether it is worth an overhaul when it fails come from streams keyed by
 //! its serial number, so a roster is a function of its plan: however often it is begun again, it does the same.
 
@@ -15,6 +15,7 @@ use numerics::Stream;
 use proto::json::MaintenanceKind;
 
 use crate::{
+    mission::{Course, Surroundings},
     plan::{FLIGHT_FH, FleetPlan},
     unit::Unit,
 };
@@ -48,6 +49,8 @@ struct Slot {
     first: i64,
     /// Units bought for it.
     bought: u64,
+    /// Its flights to come, where its tail flies a mission.
+    course: Option<Course>,
     seated: Seated,
 }
 
@@ -57,6 +60,10 @@ struct Seated {
     unit: Arc<Unit>,
     /// Flights since new.
     flights: u64,
+    /// Damage-equivalent hours of its present life.
+    equivalent_h: f64,
+    /// Those per flight hour of its last flight.
+    pace: f64,
     /// Hours since new at which its overhaul is due.
     overhaul_fh: f64,
     /// Swaps that began with it.
@@ -82,6 +89,10 @@ pub struct Step {
     pub slot: usize,
     /// Its flights since new.
     pub flights: u64,
+    /// Damage-equivalent hours of its present life.
+    pub equivalent_h: f64,
+    /// Load and temperature of a flight of a mission.
+    pub surroundings: Option<Surroundings>,
     /// When, hours of the fleet's future.
     pub fleet_fh: f64,
     /// What.
@@ -106,11 +117,18 @@ pub struct Occupant<'a> {
     pub unit: &'a Unit,
     /// Its flights since new.
     pub flights: u64,
+    /// Damage-equivalent hours of its present life.
+    pub equivalent_h: f64,
+    /// Those per flight hour of its tail's present mission, on average.
+    pub pace: f64,
+    /// Hours since new at which it fails if it stays there.
+    pub failure_fh: f64,
 }
 
 impl Seated {
     fn new(plan: &FleetPlan, unit: Arc<Unit>) -> Self {
-        let mut seated = Self { unit, flights: 0, overhaul_fh: 0.0, swaps: 0, swap_fh: 0.0 };
+        let mut seated =
+            Self { unit, flights: 0, equivalent_h: 0.0, pace: 1.0, overhaul_fh: 0.0, swaps: 0, swap_fh: 0.0 };
         seated.plan_overhaul(plan);
         seated.plan_swap(plan);
         seated
@@ -137,7 +155,14 @@ impl Seated {
 
     /// Whether it failed during its last flight.
     fn has_failed(&self) -> bool {
-        self.unit.failure_fh() <= self.hours()
+        self.unit.life_h() <= self.equivalent_h
+    }
+
+    /// Flies once.
+    fn fly(&mut self, pace: f64) {
+        self.flights += 1;
+        self.equivalent_h += pace * FLIGHT_FH;
+        self.pace = pace;
     }
 
     /// Whether it is overhauled rather than scrapped.
@@ -147,12 +172,38 @@ impl Seated {
     }
 }
 
+impl Slot {
+    /// What its next flight is like, and at which pace that wears.
+    fn next_flight(&mut self, plan: &FleetPlan, flight: i64) -> (Option<Surroundings>, f64) {
+        let surroundings = self.course.as_mut().map(|course| course.fly(flight));
+        (surroundings, surroundings.map_or(1.0, |surroundings| plan.pace.of(surroundings)))
+    }
+
+    /// Hours since new at which the unit in it fails by its flights from `next` on; by its last one if it has failed.
+    fn failure_fh(&self, plan: &FleetPlan, next: i64) -> f64 {
+        let (mut future, life_h) = (self.clone(), self.seated.unit.life_h());
+        for flight in next.. {
+            let Seated { equivalent_h, pace, .. } = future.seated;
+            if equivalent_h >= life_h {
+                return future.seated.hours() - (equivalent_h - life_h) / pace;
+            }
+            let (_, pace) = future.next_flight(plan, flight);
+            future.seated.fly(pace);
+        }
+        unreachable!("every flight wears")
+    }
+}
+
 impl Roster {
     /// The roster before its first flight; `units` are the first of each slot.
     pub fn new(plan: FleetPlan, units: Vec<Arc<Unit>>) -> Self {
-        let slot =
-            |unit: Arc<Unit>| Slot { first: 1 - plan.age_flights(&unit), bought: 1, seated: Seated::new(&plan, unit) };
-        let slots: Vec<Slot> = units.into_iter().map(slot).collect();
+        let slot = |(number, unit): (usize, Arc<Unit>)| Slot {
+            first: 1 - plan.age_flights(number, &unit),
+            bought: 1,
+            course: plan.course(number),
+            seated: Seated::new(&plan, unit),
+        };
+        let slots: Vec<Slot> = units.into_iter().enumerate().map(slot).collect();
         let first = slots.iter().map(|slot| slot.first).min().unwrap_or(1);
         Self { plan, flight: first - 1, slots, shop: Vec::new(), spares: VecDeque::new() }
     }
@@ -164,8 +215,13 @@ impl Roster {
 
     /// Who sits where.
     pub fn occupants(&self) -> impl Iterator<Item = Occupant<'_>> {
-        let seated = self.slots.iter().map(|slot| &slot.seated).enumerate();
-        seated.map(|(slot, seated)| Occupant { slot, unit: &seated.unit, flights: seated.flights })
+        self.slots.iter().enumerate().map(|(number, slot)| {
+            let Seated { unit, flights, equivalent_h, .. } = &slot.seated;
+            let next = slot.first.max(self.flight + 1);
+            let pace = slot.course.as_ref().map_or(1.0, |course| course.mean_pace(self.plan.pace, next));
+            let failure_fh = slot.failure_fh(&self.plan, next);
+            Occupant { slot: number, unit, flights: *flights, equivalent_h: *equivalent_h, pace, failure_fh }
+        })
     }
 
     /// Goes on by the next flight; what is told, in the order of time.
@@ -177,8 +233,9 @@ impl Roster {
         self.flight += 1;
         let (flight, fleet_fh) = (self.flight, self.fleet_fh());
         for (number, slot) in self.slots.iter_mut().enumerate().filter(|(_, slot)| slot.first <= flight) {
-            slot.seated.flights += 1;
-            steps.push(step(&slot.seated, number, fleet_fh, What::Flight));
+            let (surroundings, pace) = slot.next_flight(&self.plan, flight);
+            slot.seated.fly(pace);
+            steps.push(Step { surroundings, ..step(&slot.seated, number, fleet_fh, What::Flight) });
         }
         steps.sort_by(|a, b| a.fleet_fh.total_cmp(&b.fleet_fh));
         steps
@@ -199,7 +256,8 @@ impl Roster {
         self.shop = still;
         for InShop { mut seated, slot, .. } in ready {
             steps.push(step(&seated, slot, at_fh, What::Upkeep(MaintenanceKind::Overhaul, None)));
-            seated.unit = Arc::new(seated.unit.overhauled(self.plan.seed, seated.hours()));
+            seated.unit = Arc::new(seated.unit.overhauled(self.plan.seed));
+            seated.equivalent_h = 0.0;
             seated.plan_overhaul(&self.plan);
             self.spares.push_back(seated);
         }
@@ -272,17 +330,19 @@ impl Roster {
 }
 
 fn step(seated: &Seated, slot: usize, fleet_fh: f64, what: What) -> Step {
-    Step { unit: seated.unit.clone(), slot, flights: seated.flights, fleet_fh, what }
+    let (unit, flights, equivalent_h) = (seated.unit.clone(), seated.flights, seated.equivalent_h);
+    Step { unit, slot, flights, equivalent_h, surroundings: None, fleet_fh, what }
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
-    use crate::{Physics, Upkeep};
+    use crate::{Mission, Pace, Physics, Upkeep};
 
-    fn plan(tails: usize, overhauls: f64, swaps: f64) -> FleetPlan {
+    /// A fleet of two positions.
+    pub fn plan(tails: usize, overhauls: f64, swaps: f64) -> FleetPlan {
         FleetPlan {
             tails,
             positions: 2,
@@ -290,6 +350,9 @@ mod tests {
             start: "2026-01-01T00:00:00Z".parse().unwrap(),
             physics: Physics::ClosedForm,
             upkeep: Upkeep { overhauls, swaps },
+            missions: Vec::new(),
+            pace: Pace::default(),
+            weak_transmission: Vec::new(),
         }
     }
 
@@ -334,10 +397,7 @@ mod tests {
                         flights += 1;
                         assert_eq!((step.flights, step.unit.life), (flights, life));
                         assert_eq!(*place.get_or_insert(step.slot), step.slot, "it flies where it was installed");
-                        assert!(
-                            step.flight_hours() < step.unit.failure_fh() + FLIGHT_FH,
-                            "none flies on after it failed"
-                        );
+                        assert!(step.equivalent_h < step.unit.life_h() + FLIGHT_FH, "none flies on after it failed");
                     }
                     What::Upkeep(MaintenanceKind::Remove, _) => assert_eq!(place.take(), Some(step.slot)),
                     What::Upkeep(MaintenanceKind::Install, _) => assert_eq!(place.replace(step.slot), None),
@@ -345,7 +405,7 @@ mod tests {
                         assert_eq!(place, None, "it is overhauled in the shop");
                         life += 1;
                     }
-                    What::Upkeep(MaintenanceKind::Finding, _) => assert!(step.unit.failure_fh() <= step.flight_hours()),
+                    What::Upkeep(MaintenanceKind::Finding, _) => assert!(step.unit.life_h() <= step.equivalent_h),
                 }
                 assert_eq!(step.flights, flights);
             }
@@ -383,5 +443,71 @@ mod tests {
         for (index, course) in courses {
             assert!(course.iter().all(|step| step.slot as u64 == index % 2), "a slot's units are its own");
         }
+    }
+
+    fn missions(tails: usize, overhauls: f64, swaps: f64) -> FleetPlan {
+        FleetPlan { missions: vec![Mission::ShortHaul, Mission::Cruise], ..plan(tails, overhauls, swaps) }
+    }
+
+    /// A unit fails in the flight in which the sum of pace times hours reaches the hours of its life, wherever it was, and
+    /// has at any time the wear of so many hours.
+    #[test]
+    fn lives_are_timed_by_the_pace_of_what_is_flown() {
+        let plan = missions(4, 0.2, 2.0);
+        let courses = courses(&mut roster(plan.clone()), 1200);
+        let (mut failures, mut moved) = (0, 0);
+        for course in courses.values() {
+            let (mut equivalent_h, mut slots) = (0.0, BTreeSet::new());
+            for step in course {
+                match step.what {
+                    What::Flight => {
+                        equivalent_h += FLIGHT_FH * plan.pace.of(step.surroundings.expect("a mission"));
+                        slots.insert(step.slot);
+                        assert!((step.equivalent_h - equivalent_h).abs() < 1e-9 * equivalent_h);
+                    }
+                    What::Upkeep(MaintenanceKind::Overhaul, _) => equivalent_h = 0.0,
+                    What::Upkeep(MaintenanceKind::Finding, _) => {
+                        failures += 1;
+                        assert!(equivalent_h >= step.unit.life_h());
+                    }
+                    What::Upkeep(..) => {}
+                }
+            }
+            moved += usize::from(slots.len() > 1);
+        }
+        assert!(failures >= 3 && moved >= 3, "{failures} failures, {moved} units on more than one tail");
+    }
+
+    /// The truth of a unit that stays where it is comes true.
+    #[test]
+    fn the_failure_that_the_truth_tells_is_the_one_that_is_found() {
+        for plan in [missions(3, 0.0, 0.0), plan(3, 0.0, 0.0)] {
+            let mut roster = roster(plan);
+            courses(&mut roster, 0);
+            let told: Vec<_> = roster.occupants().map(|one| (one.unit.index, one.failure_fh)).collect();
+            let courses = courses(&mut roster, 2500);
+            for (index, failure_fh) in told {
+                let found = |step: &&Step| matches!(step.what, What::Upkeep(MaintenanceKind::Finding, _));
+                let found_fh = courses[&index].iter().find(found).expect("every life ends").flight_hours();
+                assert!((0.0..FLIGHT_FH).contains(&(found_fh - failure_fh)), "{index}: {failure_fh}, {found_fh}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_unit_flies_the_mission_of_the_tail_on_which_it_is() {
+        let plan = missions(2, 0.0, 3.0);
+        let courses = courses(&mut roster(plan.clone()), 200);
+        let mut expected: Vec<Course> = (0..plan.slots()).map(|slot| plan.course(slot).expect("a mission")).collect();
+        let mut flights: Vec<_> = courses.values().flatten().filter(|step| step.what == What::Flight).collect();
+        flights.sort_by(|a, b| a.fleet_fh.total_cmp(&b.fleet_fh));
+        for step in flights {
+            let flown = expected[step.slot].fly((step.fleet_fh / FLIGHT_FH) as i64);
+            assert_eq!(step.surroundings, Some(flown), "the flights of a place do not depend on who sits there");
+        }
+        let swapped = |course: &&Vec<Step>| course.iter().any(|step| step.slot != course[0].slot);
+        assert!(courses.values().filter(swapped).count() >= 2, "units change tails");
+        let mut again = roster(missions(2, 0.0, 3.0));
+        assert!(told(&self::courses(&mut again, 200)).into_iter().eq(told(&courses)), "begun again, it does the same");
     }
 }

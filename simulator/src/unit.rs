@@ -1,4 +1,5 @@
-//! One simulated actuator: a serial number and the hidden course of its present life.
+//! One simulated actuator: a serial number and the hidden course of its present life, in damage-equivalent hours: those
+//! hours in which it wears as a unit of the standard fleet does in flight hours.
 
 use domain::{FaultVector, SerialNumber};
 use ema::{
@@ -6,6 +7,8 @@ use ema::{
     life::{LifeHistory, simulate_life},
     wear_law::Regime,
 };
+
+use crate::mission::Surroundings;
 
 /// A unit in one of its lives, which is told as it would go if nobody ever took it out.
 #[derive(Debug)]
@@ -16,8 +19,8 @@ pub struct Unit {
     pub index: u64,
     /// How often it was overhauled.
     pub life: u32,
-    /// Its hours since new at which this life began.
-    pub began_fh: f64,
+    /// Efficiency of its gears, relative to that of healthy ones.
+    pub transmission_efficiency: f64,
     history: LifeHistory,
 }
 
@@ -26,36 +29,41 @@ pub struct Unit {
 pub struct Condition<'a> {
     /// Its faults.
     pub faults: &'a FaultVector,
-    /// The load that it works against, relative to the mean moment.
-    pub load: f64,
-    /// Ambient temperature, dimensionless.
-    pub temperature: f64,
+    /// Load and temperature of the standard fleet, which are its flights' where no mission is flown.
+    pub surroundings: Surroundings,
 }
 
 impl Unit {
     /// The `index`-th unit of the fleet of `seed`, new. Every second one has growth that changes in life.
-    pub fn new(seed: u64, index: u64) -> Self {
+    pub fn new(seed: u64, index: u64, transmission_efficiency: f64) -> Self {
         let serial_number = format!("S{seed}-{index:04}").parse().expect("short and printable");
-        Self { serial_number, index, life: 0, began_fh: 0.0, history: history(seed, index, 0) }
+        Self { serial_number, index, life: 0, transmission_efficiency, history: history(seed, index, 0) }
     }
 
-    /// The same unit after an overhaul at some hours since new: its wear begins anew.
-    pub fn overhauled(&self, seed: u64, at_fh: f64) -> Self {
+    /// The same unit after an overhaul: its wear begins anew, and its gears are healthy.
+    pub fn overhauled(&self, seed: u64) -> Self {
         let life = self.life + 1;
         let history = history(seed, self.index, life);
-        Self { serial_number: self.serial_number.clone(), index: self.index, life, began_fh: at_fh, history }
+        Self {
+            serial_number: self.serial_number.clone(),
+            index: self.index,
+            life,
+            transmission_efficiency: 1.0,
+            history,
+        }
     }
 
-    /// Hours since new at which it fails in this life.
-    pub fn failure_fh(&self) -> f64 {
-        self.began_fh + self.history.t_failure_fh
+    /// Damage-equivalent hours of its present life, from beginning to failure.
+    pub fn life_h(&self) -> f64 {
+        self.history.t_failure_fh
     }
 
-    /// Its condition at `hours` since new; that at failure beyond it.
-    pub fn at(&self, hours: f64) -> Condition<'_> {
+    /// Its condition after damage-equivalent hours of its present life; that at failure beyond it.
+    pub fn at(&self, equivalent_h: f64) -> Condition<'_> {
         let history = &self.history;
-        let index = history.t_fh.partition_point(|&t| t <= hours - self.began_fh).saturating_sub(1);
-        Condition { faults: &history.states[index], load: history.load[index], temperature: history.temperature[index] }
+        let index = history.t_fh.partition_point(|&t| t <= equivalent_h).saturating_sub(1);
+        let surroundings = Surroundings { load: history.load[index], temperature: history.temperature[index] };
+        Condition { faults: &history.states[index], surroundings }
     }
 }
 

@@ -1,15 +1,15 @@
-//! The instrumented wing of a simulated aircraft: one steady flight condition per upload, in which the
+//! The instrumented wing of a simulated aircraft and its elevator: one steady flight condition per upload, in which the
 //! surface loads its actuator as the hidden truth says.
 
-use airframe::{
-    Flight, FlightSettings, HingeTarget, Layout,
-    reference::{MEAN_HINGE_MOMENTS, reference_configuration},
-};
-use domain::{
-    Position, SensorConfiguration,
-    sensor_configuration::{HingePosition, Surface},
-};
+use airframe::{Doublet, Flight, FlightSettings, HingeTarget, Layout, reference::reference_configuration};
+use domain::{Position, SensorConfiguration};
+use ema::manoeuvre::Signal;
 use numerics::Stream;
+
+use crate::{
+    instrument::OutputTorque,
+    linkage::{mean_moment_nm, output_per_moment},
+};
 
 /// Temperature at which the gratings show their reference wavelengths, degrees Celsius.
 const REFERENCE_TEMPERATURE_C: f64 = 20.0;
@@ -17,21 +17,48 @@ const REFERENCE_TEMPERATURE_C: f64 = 20.0;
 const TEMPERATURE_SPREAD_K: f64 = 3.0;
 /// Share of flights with a strain grating that has failed.
 const FAILURE_PROBABILITY: f64 = 0.02;
+/// The elevator's doublet that makes its mean moment, degrees.
+const MEAN_DOUBLET_DEG: f64 = 2.0;
+/// Interval of the elevator's moments, s.
+const ELEVATOR_STEP_S: f64 = 1e-2;
+/// When the doublet turns round, and how many moments after it count, in steps.
+const ELEVATOR_TURN: usize = 100;
+const ELEVATOR_STEPS: usize = 25;
 
-/// The wing that all aircraft of the fleet have.
+/// The wing and the elevator that all aircraft of the fleet have.
 #[derive(Debug)]
 pub struct InstrumentedWing {
     configuration: SensorConfiguration,
+    /// Hinge moments of the elevator after the turn of a doublet that makes its mean moment, N m.
+    elevator_nm: Vec<f64>,
+}
+
+/// What an aircraft sends of a flight, and the hidden load of an actuator.
+#[derive(Debug)]
+pub struct Sortie {
+    /// The flight of the wing.
+    pub flight: Flight,
+    /// The hinge moment of the actuator's surface during its measuring stroke, N m.
+    pub hinge_nm: Signal,
+    /// Its mean.
+    pub mean_hinge_nm: f64,
+    /// Torque at the actuator's output per hinge moment.
+    pub output_per_moment: f64,
 }
 
 impl InstrumentedWing {
-    /// The reference wing.
+    /// The reference wing, and a fighter's elevator.
     pub fn reference() -> Self {
-        Self { configuration: reference_configuration(Layout::D) }
+        let half_s = ELEVATOR_TURN as f64 * ELEVATOR_STEP_S;
+        let doublet = Doublet { amplitude_deg: -MEAN_DOUBLET_DEG, from_s: 0.0, half_s };
+        let elevator_nm =
+            doublet.hinge_moments_nm(ELEVATOR_STEP_S, ELEVATOR_TURN + ELEVATOR_STEPS).split_off(ELEVATOR_TURN);
+        Self { configuration: reference_configuration(Layout::D), elevator_nm }
     }
 
-    /// A flight in which the actuator at `position` works against `load` times the mean moment.
-    pub fn fly(&self, position: &Position, load: f64, ambient_c: f64, stream: &Stream) -> Flight {
+    /// A flight in which the actuator at `position` works against `load` times the mean moment of its surface; that of an
+    /// elevator, which no grating sees, answers to a doublet.
+    pub fn fly(&self, position: &Position, load: f64, ambient_c: f64, stream: &Stream) -> Sortie {
         let rise_k = ambient_c - REFERENCE_TEMPERATURE_C;
         let settings = FlightSettings {
             gain_noise: self.configuration.gain_noise,
@@ -39,22 +66,47 @@ impl InstrumentedWing {
             failure_probability: FAILURE_PROBABILITY,
             ..FlightSettings::hard()
         };
-        let target = self.configuration.positions.get(position).and_then(|position| target(*position, load));
-        Flight::draw(&self.configuration, &settings, target.as_ref(), stream)
+        let (load, hinge) = (load.max(0.0), self.configuration.positions.get(position).copied());
+        let Some((hinge, mean_nm)) = hinge.and_then(|hinge| Some((hinge, mean_moment_nm(hinge)?))) else {
+            return self.elevate(load, Flight::draw(&self.configuration, &settings, None, stream), stream);
+        };
+        let target = HingeTarget { position: hinge, size_nm: load * mean_nm };
+        let flight = Flight::draw(&self.configuration, &settings, Some(&target), stream);
+        let moment_nm = flight.hinge_moment_nm(hinge).expect("the surface has a moment");
+        let output_per_moment = output_per_moment(mean_nm);
+        Sortie { flight, hinge_nm: Signal::constant(moment_nm), mean_hinge_nm: moment_nm, output_per_moment }
+    }
+
+    /// The same flight for the elevator's actuator, which is loaded by a doublet up or down.
+    fn elevate(&self, load: f64, flight: Flight, stream: &Stream) -> Sortie {
+        const DOUBLET: u64 = 100;
+        let up = stream.substream(DOUBLET).uniform() < 0.5;
+        let size = if up { -load } else { load };
+        let mean_nm = self.elevator_nm.iter().sum::<f64>() / self.elevator_nm.len() as f64;
+        let moments_nm = self.elevator_nm.iter().map(|moment_nm| size * moment_nm).collect();
+        Sortie {
+            flight,
+            hinge_nm: Signal::series(ELEVATOR_STEP_S, moments_nm),
+            mean_hinge_nm: size * mean_nm,
+            output_per_moment: output_per_moment(mean_nm),
+        }
     }
 }
 
-fn target(position: HingePosition, load: f64) -> Option<HingeTarget> {
-    let mean_nm = match position.surface {
-        Surface::Flap => MEAN_HINGE_MOMENTS.flap_nm,
-        Surface::Aileron => MEAN_HINGE_MOMENTS.aileron_nm,
-        Surface::None => return None,
-    };
-    Some(HingeTarget { position, size_nm: load.max(0.0) * mean_nm })
+impl Sortie {
+    /// The torque at the actuator's output, through the linkage.
+    pub fn output_torque(&self) -> OutputTorque {
+        OutputTorque {
+            course_nm: self.hinge_nm.scaled(self.output_per_moment),
+            mean_nm: self.output_per_moment * self.mean_hinge_nm,
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use airframe::reference::MEAN_HINGE_MOMENTS;
+
     use super::*;
 
     #[test]
@@ -63,10 +115,27 @@ mod tests {
         for (name, mean_nm) in [("FLAP-L", MEAN_HINGE_MOMENTS.flap_nm), ("AIL-R", MEAN_HINGE_MOMENTS.aileron_nm)] {
             let position: Position = name.parse().unwrap();
             for (number, load) in [0.3, 0.7, 1.0, 1.4, 1.8].into_iter().enumerate() {
-                let flight = wing.fly(&position, load, -20.0, &Stream::new(1, &[name]).substream(number as u64));
-                let moment_nm = flight.hinge_moment_nm(wing.configuration.positions[&position]).unwrap();
+                let sortie = wing.fly(&position, load, -20.0, &Stream::new(1, &[name]).substream(number as u64));
+                let moment_nm = sortie.flight.hinge_moment_nm(wing.configuration.positions[&position]).unwrap();
+                assert_eq!(sortie.mean_hinge_nm, moment_nm, "one flight");
                 assert!((moment_nm.abs() - load * mean_nm).abs() < 1e-6 * mean_nm, "{name}, {load}: {moment_nm}");
             }
         }
+    }
+
+    /// The moment just after the reversal of a two-degree doublet is that of the reference, and its mean is load 1.
+    #[test]
+    fn an_elevator_is_loaded_by_doublets_that_no_grating_sees() {
+        let wing = InstrumentedWing::reference();
+        assert!((wing.elevator_nm[1] - 1060.2877).abs() < 1e-3, "{}", wing.elevator_nm[1]);
+        let position: Position = "ELEV-L".parse().unwrap();
+        let fly = |load: f64| wing.fly(&position, load, -20.0, &Stream::new(1, &["elevator"]));
+        let (easy, hard) = (fly(0.5), fly(1.5));
+        assert_eq!(easy.flight, hard.flight, "the wing flies the same flight");
+        assert!((hard.output_torque().mean_nm / easy.output_torque().mean_nm - 3.0).abs() < 1e-12);
+        assert!((hard.output_torque().mean_nm.abs() - 1.5 * 72.0).abs() < 1e-9, "{}", hard.output_torque().mean_nm);
+        let stroke: Vec<f64> =
+            (0..25).map(|i| hard.output_torque().course_nm.at(f64::from(i) * ELEVATOR_STEP_S)).collect();
+        assert!((stroke.iter().sum::<f64>() / 25.0 - hard.output_torque().mean_nm).abs() < 1e-9);
     }
 }

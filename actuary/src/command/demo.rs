@@ -11,7 +11,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use proto::answer::{Page, RulAnswer, TailItem};
 use reqwest::Url;
-use simulator::{Client, Fleet, FleetPlan, Physics};
+use simulator::{Client, Fleet, FleetPlan, Pace, Physics};
 use tokio::task::JoinHandle;
 
 use crate::{
@@ -19,6 +19,7 @@ use crate::{
     database::Database,
     door::Door,
     exit::Failure,
+    flights::FlightArguments,
     hindsight,
     http::Access,
     interrupt::{Unfinished, interrupted},
@@ -31,7 +32,7 @@ use crate::{
 /// When the demo's future begins.
 const START: &str = "2026-01-01T00:00:00Z";
 /// Before the oldest unit of any fleet was new.
-const DAWN: &str = "2024-01-01T00:00:00Z";
+const DAWN: &str = "2022-01-01T00:00:00Z";
 /// The port that is tried first when none is asked for.
 const PORT: u16 = 8080;
 /// Flight hours per step of the fleet's past, which it flies as fast as it can.
@@ -46,7 +47,9 @@ const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Watch a simulated fleet upload, wear, and be prognosed: everything in one process.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  actuary demo --tails 2 --hours 100 --exit --json > rul.json")]
+#[command(
+    after_help = "Examples:\n  actuary demo --tails 2 --hours 100 --exit --json > rul.json\n  actuary demo --missions short-haul,cruise"
+)]
 pub struct Arguments {
     /// Aircraft of the fleet.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
@@ -65,6 +68,8 @@ pub struct Arguments {
     port: Option<u16>,
     #[command(flatten)]
     upkeep: UpkeepArguments,
+    #[command(flatten)]
+    flights: FlightArguments,
     /// Stop after the hours (200 when not given), once nothing is pending.
     #[arg(long)]
     exit: bool,
@@ -139,14 +144,17 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> 
 
 /// The fleet that was asked for.
 fn plan(arguments: &Arguments) -> Result<FleetPlan> {
-    let plan = FleetPlan {
+    let plan = arguments.flights.of(FleetPlan {
         tails: arguments.tails as usize,
         positions: 2,
         seed: arguments.seed,
         start: START.parse()?,
         physics: Physics::HighFidelity,
         upkeep: arguments.upkeep.into(),
-    };
+        missions: Vec::new(),
+        pace: Pace::default(),
+        weak_transmission: Vec::new(),
+    })?;
     plan.check().map_err(|error| Failure::BadInput(error.to_string()))?;
     Ok(plan)
 }

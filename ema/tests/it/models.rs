@@ -198,7 +198,7 @@ fn the_same_run_gives_the_same_bits_and_stops_with_its_passes() {
     let bins: Vec<usize> = (0..BINS).step_by(12).collect();
     for model in BOTH {
         let run = |passes| {
-            let awaited = Awaited { bins: &bins, passes };
+            let awaited = Awaited { bins: &bins, passes, from_s: 0.0 };
             simulate_map_until(model, &Motor::default(), &faults, &manoeuvre, &Settings::new(model, 20.0), awaited)
         };
         let map = run(5);

@@ -31,6 +31,9 @@ fn bad_input_exits_with_2_and_says_what_is_wrong() {
     refused(&["demo", "--hours", "-1", "--exit"], 2, "--hours");
     refused(&["demo", "--swaps", "-1"], 2, "swaps must be 0 to 100 per 1000 flight hours, not -1");
     refused(&["simulate", "fleet", "--url", "http://127.0.0.1:9", "--overhauls", "NaN"], 2, "overhauls must be");
+    refused(&["demo", "--missions", "holiday"], 2, "holiday is no mission: short-haul, cruise and training are");
+    refused(&["demo", "--weak-transmission", "FLAP-L"], 2, "the fleet has EC-A001/AIL-L to EC-A003/AIL-R");
+    refused(&["simulate", "fleet", "--url", "http://127.0.0.1:9", "--positions", "7"], 2, "--positions");
     refused(&["demo", "--colour"], 2, "--colour");
     refused(&[], 2, "a command is missing: --help lists them");
     refused(&["model"], 2, "a command is missing");

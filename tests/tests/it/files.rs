@@ -318,7 +318,10 @@ fn responses_are_printed_tabled_and_drawn() {
     assert_eq!(nominal[3], "100.0");
     assert!((nominal[4].parse::<f64>().unwrap() - 182.0).abs() < 5.0, "{printed}");
     let table = rows(&bench.path("step.csv"));
-    assert_eq!(table[0], ["curve", "time_s", "command_rad", "output_rad", "motor_rad", "speed_rad_s", "current_a"]);
+    assert_eq!(
+        table[0],
+        ["curve", "time_s", "command_rad", "output_rad", "motor_rad", "speed_rad_s", "current_a", "load_nm"]
+    );
     let last = table.iter().rfind(|row| row[0] == "1 x gain").unwrap();
     assert!((last[3].parse::<f64>().unwrap() - 0.1).abs() < 1e-4, "{last:?}");
     let svg = fs::read_to_string(bench.path("step.svg")).unwrap();
@@ -336,6 +339,40 @@ fn responses_are_printed_tabled_and_drawn() {
     refused(&["--rate-rad-s", "1"], "--rate-rad-s means nothing to a step");
     refused(&["--duration-s", "3000", "--interval-s", "1e-6"], "a million rows");
     refused(&["--svg", "none/x.svg"], "none/x.svg");
+    refused(&["--load", "f15"], "possible values: constant, f16");
+    refused(&["--load", "f16", "--load-nm", "1"], "--load-nm means nothing to --load f16");
+    refused(&["--doublet-deg", "1"], "--doublet-deg means nothing to --load constant");
+    refused(&["--load", "f16", "--doublet-deg", "11"], "--doublet-deg 11: at most 10 degrees");
+    refused(&["--load", "f16", "--linkage", "0"], "--linkage");
+    refused(&["--efficiency", "1.2"], "must be above 0 and at most 1");
+}
+
+/// An elevator's hinge moment at the shaft is that of the aircraft through linkage and ratio, and lossy gears cost current.
+#[test]
+fn an_elevator_loads_the_actuator() {
+    let bench = Bench::with_maps("1");
+    let fly = |efficiency: &str, table: &str| {
+        let said = ["--load", "f16", "--linkage", "0.25", "--model", "lf1", "--command", "ramp", "--rate-rad-s", "0.1"];
+        let more = ["--duration-s", "3", "--efficiency", efficiency, "--csv", table];
+        bench.succeeds(&[&["simulate", "response"], &said[..], &more].concat());
+        let number = |row: &[String], column: usize| row[column].parse::<f64>().unwrap();
+        rows(&bench.path(table))[1..].iter().map(|row| [1, 5, 6, 7].map(|i| number(row, i))).collect::<Vec<_>>()
+    };
+    let (lossless, lossy) = (fly("1", "lossless.csv"), fly("0.7", "lossy.csv"));
+    // Two degrees at once, and in the other direction.
+    for (time_s, moment_nm) in [(0.5, 0.0), (1.0, 330.3664), (1.99, -383.1353), (2.01, -1060.2877), (2.99, -274.2613)] {
+        let row = lossless.iter().find(|row| row[0] >= time_s - 1e-6).unwrap();
+        assert!((row[3] - 0.25 * moment_nm / 500.0).abs() < 1e-4, "{time_s}: {row:?}");
+    }
+    let mean_a = |rows: &[[f64; 4]], from_s: f64, to_s: f64| {
+        let within: Vec<f64> = rows.iter().filter(|row| (from_s..to_s).contains(&row[0])).map(|row| row[2]).collect();
+        within.iter().sum::<f64>() / within.len() as f64
+    };
+    // Opposing at first, aiding after the reversal: the motor holds back less where the gears lose more.
+    let [opposing, aiding] =
+        [[1.1, 1.3], [2.1, 2.3]].map(|[from, to]| [&lossless, &lossy].map(|rows| mean_a(rows, from, to)));
+    assert!(opposing[1] > opposing[0] + 0.3, "{opposing:?}");
+    assert!(aiding[0] < 0.0 && aiding[1] > aiding[0] + 0.3, "{aiding:?}");
 }
 
 /// Figures of a bundle from a folder of maps, on a folder of another implementation's three-phase maps.

@@ -14,6 +14,7 @@ fn fleet(url: &str, truth: &Path) -> Command {
     let mut command = Command::new(binary());
     command.args(["simulate", "fleet", "--url", url, "--physics", "closed-form", "--tails", "2", "--seed", "4"]);
     command.args(["--overhauls", "2", "--swaps", "2", "--hours", "200", "--start", "2026-01-01T00:00:00Z"]);
+    command.args(["--missions", "short-haul,cruise", "--positions", "5", "--weak-transmission", "EC-A002/ELEV-L"]);
     command.arg("--truth").arg(truth).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
@@ -90,9 +91,22 @@ async fn slow_a_fleet_that_is_interrupted_tells_the_same_as_one_that_is_not() {
     for copy in ["parts.csv", "again.csv"] {
         assert_eq!(std::fs::read_to_string(file(copy)).unwrap(), truth);
     }
-    assert!(truth.starts_with("tail,position,part_number,serial_number,life,flight_hours,t_failure_fh\n"));
+    let header = "tail,position,part_number,serial_number,life,flight_hours,t_failure_fh,mission,pace,equivalent_hours,\
+                  transmission_efficiency";
+    assert_eq!(truth.lines().next(), Some(header));
     for line in truth.lines().skip(1) {
-        let [tail, position, _, serial, life, ..] = line.split(',').collect::<Vec<_>>()[..] else { panic!("{line}") };
+        let fields: Vec<_> = line.split(',').collect();
+        let [tail, position, _, serial, life, flown_fh, failure_fh, mission, pace, equivalent_h, efficiency] =
+            fields[..]
+        else {
+            panic!("{line}")
+        };
+        assert_eq!(mission, if tail == "EC-A001" { "short-haul" } else { "cruise" }, "{line}");
+        let number = |field: &str| field.parse::<f64>().unwrap();
+        assert!(number(flown_fh) < number(failure_fh) + 4.0 && number(pace) > 0.2, "{line}");
+        assert!(life != "0" || number(equivalent_h) > 0.0, "{line}");
+        let weak = serial == "S4-0009";
+        assert!(weak || efficiency == "1", "{line}");
         let unit = whole.iter().find(|unit| unit["serial_number"] == serial).expect("it is known");
         assert_eq!(life, (unit["lives"].as_array().unwrap().len() - 1).to_string(), "{line}");
         let place = unit["installations"].as_array().unwrap().last().unwrap();

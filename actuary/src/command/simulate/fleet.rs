@@ -5,12 +5,13 @@ use std::{path::PathBuf, time::Duration};
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use domain::Timestamp;
-use simulator::{Client, Fleet, FleetError, FleetPlan, Physics};
+use simulator::{Client, Fleet, FleetError, FleetPlan, Pace, Physics};
 
 use crate::{
     clock,
     exit::Failure,
     files::output::OutputFile,
+    flights::FlightArguments,
     http::{self, Access, Address},
     say::say,
     telemetry,
@@ -33,8 +34,8 @@ pub struct Arguments {
     /// Aircraft of the fleet.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=999))]
     tails: u32,
-    /// Actuators of each.
-    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=4))]
+    /// Actuators of each: ailerons, flaps, elevators; no grating sees what an elevator does.
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=6))]
     positions: u32,
     /// Flight hours to fly after the back-filled past.
     #[arg(long, default_value_t = 200.0, allow_negative_numbers = true)]
@@ -50,6 +51,8 @@ pub struct Arguments {
     physics: PhysicsName,
     #[command(flatten)]
     upkeep: UpkeepArguments,
+    #[command(flatten)]
+    flights: FlightArguments,
     /// Where to write the hidden truth.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
@@ -75,7 +78,7 @@ async fn fly(arguments: Arguments) -> Result<()> {
     }
     let now = clock::system()();
     let start = arguments.start.unwrap_or(now.plus_hours(-24.0 / simulator::FH_PER_DAY * arguments.hours));
-    let plan = FleetPlan {
+    let plan = arguments.flights.of(FleetPlan {
         tails: arguments.tails as usize,
         positions: arguments.positions as usize,
         seed: arguments.seed,
@@ -85,7 +88,10 @@ async fn fly(arguments: Arguments) -> Result<()> {
             PhysicsName::ClosedForm => Physics::ClosedForm,
         },
         upkeep: arguments.upkeep.into(),
-    };
+        missions: Vec::new(),
+        pace: Pace::default(),
+        weak_transmission: Vec::new(),
+    })?;
     let url = arguments.url.url()?;
     let truth = arguments.truth.as_deref().map(OutputFile::new).transpose()?;
     let client = Client::new(arguments.access.client(&url, PATIENCE)?, url);

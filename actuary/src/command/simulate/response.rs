@@ -2,6 +2,7 @@
 
 mod cases;
 mod chart;
+mod load;
 
 use std::{
     io::{self, Write},
@@ -12,12 +13,16 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use ema::{
     manoeuvre::{Manoeuvre, Signal},
+    motor::Motor,
     response::{Harmonic, ResponsePoint, StepFigures, TrackingFigures, simulate_response},
     simulation::Settings,
 };
 use rayon::prelude::*;
 
-use self::cases::{Case, FaultArguments};
+use self::{
+    cases::{Case, FaultArguments},
+    load::LoadArguments,
+};
 use super::ModelName;
 use crate::{
     exit::Failure,
@@ -40,10 +45,11 @@ const MOST_POINTS: f64 = 1e6;
   actuary simulate response --friction 1,2,4 --duration-s 4 --svg limit-cycle.svg
   actuary simulate response --command sine --amplitude-rad 0.02 --backlash-rad 0,1e-3,3e-3 --svg backlash.svg
   actuary simulate response --gain 0.5,0.75,1,1.25,1.5 --svg gain.svg
+  actuary simulate response --load f16 --efficiency 0.8 --command sine --csv elevator.csv
   actuary simulate response --model lf1 --short-a 0,0.2,0.4 --eccentricity 0.2 --csv short.csv
 
 Columns of the table: curve, time_s, command_rad, output_rad, motor_rad, speed_rad_s (motor), current_a
-(mean of the active pair since the row before)."
+(mean of the active pair since the row before), load_nm (at the motor shaft, against positive motion)."
 )]
 pub struct Arguments {
     /// What the actuator is asked to do.
@@ -58,10 +64,7 @@ pub struct Arguments {
     /// Frequency of the sine, Hz [default: 0.5].
     #[arg(long, value_parser = cases::positive)]
     frequency_hz: Option<f64>,
-    /// Constant load against positive motion, N m at the motor shaft.
-    #[arg(long, default_value_t = 0.0, value_parser = cases::finite)]
-    load_nm: f64,
-    /// Simulated time, s; without it 0.5 for a step, 4 for a ramp, three periods of a sine.
+    /// Simulated time, s; without it 0.5 for a step, 4 for a ramp, three periods of a sine, and 5 under an elevator.
     #[arg(long, value_parser = cases::positive)]
     duration_s: Option<f64>,
     /// Time between rows of the table, s.
@@ -79,6 +82,8 @@ pub struct Arguments {
     /// Chart to write.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
+    #[command(flatten)]
+    load: LoadArguments,
     #[command(flatten)]
     faults: FaultArguments,
 }
@@ -100,6 +105,7 @@ struct Command {
     frequency_hz: f64,
     duration_s: f64,
     words: String,
+    load_nm: Signal,
 }
 
 /// The response of one case.
@@ -110,14 +116,14 @@ struct Response {
 
 /// Simulates, prints and writes the responses.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let motor = motor::read(arguments.motor.as_deref())?;
-    let command = Command::of(arguments)?;
+    let motor = arguments.load.applied_to(motor::read(arguments.motor.as_deref())?);
+    let command = Command::of(arguments, &motor)?;
     let cases = arguments.faults.cases(&motor)?;
     let csv = arguments.csv.as_deref().map(OutputFile::new).transpose()?;
     let svg = arguments.svg.as_deref().map(OutputFile::new).transpose()?;
     let responses: Vec<_> = cases.into_par_iter().map(|case| simulate(arguments, &command, case)).collect();
     if let Some(csv) = csv {
-        csv.write(|writer| write_table(writer, &responses))?;
+        csv.write(|writer| write_table(writer, &command.load_nm, &responses))?;
     }
     if let Some(svg) = svg {
         let title = format!("Response to {}, {}", command.words, model_words(arguments.model));
@@ -129,7 +135,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Command {
-    fn of(arguments: &Arguments) -> Result<Self, Failure> {
+    fn of(arguments: &Arguments, motor: &Motor) -> Result<Self, Failure> {
         let name = arguments.command;
         let misplaced = |option: &str, given: bool, of: &[CommandName]| match given && !of.contains(&name) {
             true => Err(Failure::BadInput(format!("{option} means nothing to a {}", name.word()))),
@@ -152,12 +158,13 @@ impl Command {
                 (Signal::sine(amplitude, frequency_hz), 3.0 / frequency_hz, words)
             }
         };
-        let duration_s = arguments.duration_s.unwrap_or(duration_s);
+        let duration_s = arguments.duration_s.or(arguments.load.duration_s()).unwrap_or(duration_s);
         if !(duration_s / arguments.interval_s).le(&MOST_POINTS) || duration_s > 3600.0 {
             let reason = "at most an hour, and a million rows a curve";
             return Err(Failure::BadInput(format!("{duration_s} s every {} s: {reason}", arguments.interval_s)));
         }
-        Ok(Self { name, signal, frequency_hz, duration_s, words })
+        let load_nm = arguments.load.signal(motor, duration_s)?;
+        Ok(Self { name, signal, frequency_hz, duration_s, words, load_nm })
     }
 }
 
@@ -181,21 +188,20 @@ fn model_words(model: ModelName) -> &'static str {
 
 fn simulate(arguments: &Arguments, command: &Command, case: Case) -> Response {
     let model = arguments.model.into();
-    let load_nm = Signal::constant(arguments.load_nm);
-    let manoeuvre = Manoeuvre { load_nm, ..Manoeuvre::following(command.signal.clone()) };
+    let manoeuvre = Manoeuvre { load_nm: command.load_nm.clone(), ..Manoeuvre::following(command.signal.clone()) };
     let settings = Settings::new(model, command.duration_s);
     let Case { motor, electrical, .. } = &case;
     let points = simulate_response(model, motor, electrical, &manoeuvre, &settings, arguments.interval_s);
     Response { case, points }
 }
 
-fn write_table(writer: &mut dyn Write, responses: &[Response]) -> io::Result<()> {
-    writeln!(writer, "curve,time_s,command_rad,output_rad,motor_rad,speed_rad_s,current_a")?;
+fn write_table(writer: &mut dyn Write, load_nm: &Signal, responses: &[Response]) -> io::Result<()> {
+    writeln!(writer, "curve,time_s,command_rad,output_rad,motor_rad,speed_rad_s,current_a,load_nm")?;
     for Response { case, points } in responses {
         for point in points {
             let ResponsePoint { time_s, command_rad, output_rad, motor_rad, speed_rad_s, current_a } = point;
             write!(writer, "{},{time_s:.6},{command_rad:.8},{output_rad:.8},", case.label)?;
-            writeln!(writer, "{motor_rad:.6},{speed_rad_s:.4},{current_a:.4}")?;
+            writeln!(writer, "{motor_rad:.6},{speed_rad_s:.4},{current_a:.4},{:.6}", load_nm.at(*time_s))?;
         }
     }
     Ok(())

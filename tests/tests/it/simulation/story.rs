@@ -12,7 +12,7 @@ use domain::{
 use ema::{faults::ElectricalFaults, motor::Motor};
 use numerics::Stream;
 use proto::json::{MaintenanceBody, MaintenanceKind};
-use simulator::Physics;
+use simulator::{OutputTorque, Physics};
 
 use super::{
     dice::Dice,
@@ -130,7 +130,13 @@ impl<'a> Teller<'a> {
         let key = Stream::new(self.dice.bits(), &["upload"]);
         let wear = 0.5 + 0.0012 * unit.worn_h;
         let faults = ElectricalFaults::new([wear.min(0.8), 0.2, 0.25], 0.1, 1.0).expect("within what the motor can do");
-        let reading = Physics::ClosedForm.measure(&Motor::default(), &faults, self.mask, key.substream(0));
+        let reading = Physics::ClosedForm.measure(
+            &Motor::default(),
+            &faults,
+            self.mask,
+            &OutputTorque::steady(50.0),
+            key.substream(0),
+        );
         let flight = self.dice.chance(0.4).then(|| {
             let configuration = reference_configuration(Layout::D);
             Flight::draw(&configuration, &FlightSettings::hard(), None, &key.substream(1))
