@@ -15,14 +15,12 @@ use std::{f64::consts::TAU, fmt, str::FromStr};
 use ema::wear::AMBIENT_TEMPERATURE;
 use numerics::Stream;
 
-use crate::plan::FLIGHT_FH;
-
 /// Standard deviation of the logarithm of a tail's own load about its mission's.
 const TAIL_SPREAD: f64 = 0.1;
 /// Share of the tails that change their route once.
 const TRANSFERRED: f64 = 0.5;
-/// They do so within so many flights of the beginning of the fleet's future.
-const TRANSFER_WITHIN_FLIGHTS: f64 = 500.0;
+/// They do so within so many hours of the beginning of the fleet's future.
+const TRANSFER_WITHIN_FH: f64 = 2000.0;
 /// Standard deviation of the logarithm of what the load becomes by a transfer, and of the new temperature.
 const TRANSFER_LOAD_SPREAD: f64 = 0.2;
 const TRANSFER_TEMPERATURE_SPREAD: f64 = 0.4;
@@ -146,7 +144,8 @@ pub struct Course {
 /// A change of route.
 #[derive(Debug, Clone, Copy)]
 struct Transfer {
-    from_flight: i64,
+    /// When, hours of the fleet's future.
+    from_fh: f64,
     load_factor: f64,
     temperature: f64,
 }
@@ -160,7 +159,7 @@ impl Course {
         let season_rad = TAU * own.uniform();
         let is_transferred = own.uniform() < TRANSFERRED;
         let transfer = Transfer {
-            from_flight: (TRANSFER_WITHIN_FLIGHTS * (2.0 * own.uniform() - 1.0)) as i64,
+            from_fh: TRANSFER_WITHIN_FH * (2.0 * own.uniform() - 1.0),
             load_factor: libm::exp(TRANSFER_LOAD_SPREAD * own.normal()),
             temperature: TRANSFER_TEMPERATURE_SPREAD * own.normal(),
         };
@@ -168,8 +167,8 @@ impl Course {
         Self { profile, transfer: is_transferred.then_some(transfer), season_rad, swings: None, stream }
     }
 
-    /// Load and temperature of the next flight, whose number in the fleet is given.
-    pub fn fly(&mut self, flight: i64) -> Surroundings {
+    /// Load and temperature of the next flight, at an hour of the fleet's future.
+    pub fn fly(&mut self, fleet_fh: f64) -> Surroundings {
         let mut fresh = || [self.stream.normal(), self.stream.normal()];
         let innovation = (1.0 - LAG_ONE * LAG_ONE).sqrt();
         let swings = match (self.swings, fresh()) {
@@ -177,22 +176,22 @@ impl Course {
             (Some(last), fresh) => std::array::from_fn(|i| LAG_ONE * last[i] + innovation * fresh[i]),
         };
         self.swings = Some(swings);
-        let Profile { load, spread, temperature } = self.profile_at(flight);
-        let season = SEASON * libm::sin(TAU * flight as f64 * FLIGHT_FH / SEASON_FH + self.season_rad);
+        let Profile { load, spread, temperature } = self.profile_at(fleet_fh);
+        let season = SEASON * libm::sin(TAU * fleet_fh / SEASON_FH + self.season_rad);
         let load = (load * libm::exp(spread * swings[0])).clamp(LOADS[0], LOADS[1]);
         Surroundings { load, temperature: temperature + season + TEMPERATURE_SPREAD * swings[1] }
     }
 
-    /// The mean pace of the mission at a flight, seasons apart: E exp(x) = exp(var/2) of a normal x.
-    pub fn mean_pace(&self, pace: Pace, flight: i64) -> f64 {
-        let Profile { load, spread, temperature } = self.profile_at(flight);
+    /// The mean pace of the mission at an hour of the fleet's future, seasons apart: E exp(x) = exp(var/2) of a normal x.
+    pub fn mean_pace(&self, pace: Pace, fleet_fh: f64) -> f64 {
+        let Profile { load, spread, temperature } = self.profile_at(fleet_fh);
         let sd = [pace.exponent * spread, pace.temperature_coefficient * TEMPERATURE_SPREAD];
         pace.of(Surroundings { load, temperature }) * libm::exp(0.5 * (sd[0] * sd[0] + sd[1] * sd[1]))
     }
 
-    fn profile_at(&self, flight: i64) -> Profile {
+    fn profile_at(&self, fleet_fh: f64) -> Profile {
         match self.transfer {
-            Some(Transfer { from_flight, load_factor, temperature }) if flight >= from_flight => {
+            Some(Transfer { from_fh, load_factor, temperature }) if fleet_fh >= from_fh => {
                 Profile { load: load_factor * self.profile.load, temperature, ..self.profile }
             }
             _ => self.profile,
@@ -227,8 +226,8 @@ mod tests {
         let (pace, flights) = (Pace::default(), -20_000..20_000);
         for mission in Mission::ALL {
             let mut course = Course { transfer: None, ..course(mission, 1) };
-            let expected = course.mean_pace(pace, 0);
-            let flown = mean(flights.clone().map(|flight| pace.of(course.fly(flight))));
+            let expected = course.mean_pace(pace, 0.0);
+            let flown = mean(flights.clone().map(|flight| pace.of(course.fly(4.0 * f64::from(flight)))));
             // Seasons add exp(.3 season), whose mean is a little above 1.
             assert!((flown / expected - 1.0).abs() < 0.04, "{mission}: {flown}, not {expected}");
         }
@@ -236,7 +235,7 @@ mod tests {
 
     #[test]
     fn short_hauls_wear_faster_than_cruise_and_half_of_the_tails_change_their_route() {
-        let pace = |mission| mean((0..200).map(|tail| course(mission, tail).mean_pace(Pace::default(), -1000)));
+        let pace = |mission| mean((0..200).map(|tail| course(mission, tail).mean_pace(Pace::default(), -4000.0)));
         assert!(pace(Mission::ShortHaul) > 2.0 * pace(Mission::Cruise));
         let transferred = (0..200).filter(|tail| course(Mission::Cruise, *tail).transfer.is_some()).count();
         assert!((70..130).contains(&transferred), "{transferred} of 200");

@@ -121,7 +121,7 @@ impl FleetPlan {
     /// mission that was flown before, a random share.
     pub fn age_flights(&self, slot: usize, unit: &Unit) -> i64 {
         let share = OLDEST * Stream::new(self.seed, &["age", unit.serial_number.as_str()]).uniform();
-        let pace = self.course(slot).map_or(1.0, |course| course.mean_pace(self.pace, i64::MIN));
+        let pace = self.course(slot).map_or(1.0, |course| course.mean_pace(self.pace, f64::NEG_INFINITY));
         (share * unit.life_h() / pace / FLIGHT_FH) as i64
     }
 }

@@ -175,7 +175,7 @@ impl Seated {
 impl Slot {
     /// What its next flight is like, and at which pace that wears.
     fn next_flight(&mut self, plan: &FleetPlan, flight: i64) -> (Option<Surroundings>, f64) {
-        let surroundings = self.course.as_mut().map(|course| course.fly(flight));
+        let surroundings = self.course.as_mut().map(|course| course.fly(flight as f64 * FLIGHT_FH));
         (surroundings, surroundings.map_or(1.0, |surroundings| plan.pace.of(surroundings)))
     }
 
@@ -218,7 +218,7 @@ impl Roster {
         self.slots.iter().enumerate().map(|(number, slot)| {
             let Seated { unit, flights, equivalent_h, .. } = &slot.seated;
             let next = slot.first.max(self.flight + 1);
-            let pace = slot.course.as_ref().map_or(1.0, |course| course.mean_pace(self.plan.pace, next));
+            let pace = slot.course.as_ref().map_or(1.0, |course| course.mean_pace(self.plan.pace, next as f64 * FLIGHT_FH));
             let failure_fh = slot.failure_fh(&self.plan, next);
             Occupant { slot: number, unit, flights: *flights, equivalent_h: *equivalent_h, pace, failure_fh }
         })
@@ -502,7 +502,7 @@ pub(crate) mod tests {
         let mut flights: Vec<_> = courses.values().flatten().filter(|step| step.what == What::Flight).collect();
         flights.sort_by(|a, b| a.fleet_fh.total_cmp(&b.fleet_fh));
         for step in flights {
-            let flown = expected[step.slot].fly((step.fleet_fh / FLIGHT_FH) as i64);
+            let flown = expected[step.slot].fly(step.fleet_fh);
             assert_eq!(step.surroundings, Some(flown), "the flights of a place do not depend on who sits there");
         }
         let swapped = |course: &&Vec<Step>| course.iter().any(|step| step.slot != course[0].slot);
