@@ -218,7 +218,8 @@ impl Roster {
         self.slots.iter().enumerate().map(|(number, slot)| {
             let Seated { unit, flights, equivalent_h, .. } = &slot.seated;
             let next = slot.first.max(self.flight + 1);
-            let pace = slot.course.as_ref().map_or(1.0, |course| course.mean_pace(self.plan.pace, next as f64 * FLIGHT_FH));
+            let pace =
+                slot.course.as_ref().map_or(1.0, |course| course.mean_pace(self.plan.pace, next as f64 * FLIGHT_FH));
             let failure_fh = slot.failure_fh(&self.plan, next);
             Occupant { slot: number, unit, flights: *flights, equivalent_h: *equivalent_h, pace, failure_fh }
         })
