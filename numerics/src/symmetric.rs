@@ -43,6 +43,12 @@ impl Symmetric {
         self.entries[i * self.n + j]
     }
 
+    /// Adds to entry (i, j) alone; the caller adds the same to (j, i).
+    #[inline]
+    pub fn add(&mut self, i: usize, j: usize, value: f64) {
+        self.entries[i * self.n + j] += value;
+    }
+
     /// A += weight v v^T.
     pub fn add_outer(&mut self, v: &[f64], weight: f64) {
         assert_eq!(v.len(), self.n, "vector of another dimension");

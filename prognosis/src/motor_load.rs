@@ -22,7 +22,7 @@ const MIN_CORRELATION: f64 = 0.7;
 /// Spread of the slope from unit to unit, relative, where too few units tell it: the tolerance of R and k.
 const UNIT_SLOPE_SD: f64 = 0.03;
 /// Median of the absolute value of a standard normal number.
-const MEDIAN: f64 = 0.674_489_75;
+pub(crate) const MEDIAN: f64 = 0.674_489_75;
 
 /// What wing and motor tell of one flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
