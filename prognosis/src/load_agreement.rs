@@ -101,7 +101,8 @@ impl LoadAgreement {
             return None;
         }
         let sums = Sums::of(followed, motor);
-        let mut steps = vec![Step { from: 0, kind: ChangeKind::Friction }, Step { from: 0, kind: ChangeKind::Efficiency }];
+        let mut steps =
+            vec![Step { from: 0, kind: ChangeKind::Friction }, Step { from: 0, kind: ChangeKind::Efficiency }];
         let mut found: Vec<(Step, f64)> = Vec::new();
         while let Some(next) = sums.fit(&steps, motor)?.change().filter(|_| found.len() < MOST) {
             steps.push(next.0);
@@ -221,7 +222,8 @@ impl Fit<'_> {
     /// The likeliest change that is sure and large enough, with its lead over the other kind.
     fn change(&self) -> Option<(Step, f64)> {
         let flights = self.sums.loads.len() - 1;
-        let candidates = |kind| (0..=flights.saturating_sub(STRIDE)).step_by(STRIDE).map(move |from| Step { from, kind });
+        let candidates =
+            |kind| (0..=flights.saturating_sub(STRIDE)).step_by(STRIDE).map(move |from| Step { from, kind });
         let best = |kind: ChangeKind| {
             let tried = candidates(kind).filter_map(|step| Some((step, self.add(step)?)));
             let large = tried.filter(|(_, change)| change.value.abs() >= LEAST[kind as usize]);
@@ -325,7 +327,8 @@ mod tests {
     #[test]
     fn a_loss_of_efficiency_is_dated_and_measured() {
         for from in [0, 60, 150] {
-            let agreements = (0..100).map(|unit| LoadAgreement::of(&flights(unit, 200, from, [1.0 / 0.85, 1.0]), &MOTOR));
+            let agreements =
+                (0..100).map(|unit| LoadAgreement::of(&flights(unit, 200, from, [1.0 / 0.85, 1.0]), &MOTOR));
             let mut right = 0;
             for agreement in agreements {
                 let agreement = agreement.unwrap();
@@ -348,7 +351,8 @@ mod tests {
             let agreement = LoadAgreement::of(&flights(unit, 200, 100, [1.0, 1.5]), &MOTOR).unwrap();
             let expected = 0.5 * MOTOR.offset / MOTOR.slope;
             let change = agreement.changes.first().expect("found");
-            right += usize::from(change.kind == ChangeKind::Friction && (change.size - expected).abs() < 0.1 * expected);
+            right +=
+                usize::from(change.kind == ChangeKind::Friction && (change.size - expected).abs() < 0.1 * expected);
             assert!(agreement.slope.value.abs() < LEAST[1], "{agreement:?}");
         }
         assert!(right >= 95, "{right} of 100");
