@@ -104,7 +104,7 @@ impl Model {
 
     /// The life's damage-equivalent hours by the flights that these estimates tell of; `None` where nobody knows the pace.
     fn wear_clock(&self, context: &LifeContext, believed: &[&Estimate]) -> Option<WearClock> {
-        let law = context.prior.body.pace.as_ref()?;
+        let law = context.prior.body.pace.as_ref().filter(|law| law.acts())?;
         let flights: Vec<Flight> = self.flights(believed.iter().copied());
         Some(WearClock::new(law, self.units.reference_fh(context.began_fh), &flights))
     }

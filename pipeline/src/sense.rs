@@ -8,7 +8,7 @@ use std::ops::RangeInclusive;
 use diagnosis::{Diagnoser, ErrorLaw};
 use domain::{FaultGroup, FaultMeasure, FaultModel, Invalid};
 use prognosis::{
-    Clock, Coordinate, GrowthLaw, LifePrior,
+    Clock, Coefficient, Coordinate, GrowthLaw, LifePrior, Missions, PaceLaw,
     prior::{BiasPrior, FleetPrior, GroupPrior},
 };
 use reduction::PodBasis;
@@ -98,6 +98,26 @@ impl Checked {
     fn within(&mut self, path: &str, part: Result<(), Invalid>) {
         for violation in part.err().into_iter().flat_map(|invalid| invalid.violations) {
             self.0.push(format!("{path}{}", violation.pointer.trim_start_matches('#')), violation.detail);
+        }
+    }
+
+    /// Exponents of any wear that is known, spreads and times of any fleet.
+    fn pace(&mut self, law: &PaceLaw) {
+        let PaceLaw { exponent, temperature, missions, seen_loads, .. } = law;
+        for (name, Coefficient { mean, sd }) in [("exponent", exponent), ("temperature", temperature)] {
+            self.range(format!("#/prior/pace/{name}/mean"), *mean, -20.0..=20.0);
+            self.range(format!("#/prior/pace/{name}/sd"), *sd, 0.0..=10.0);
+        }
+        let Missions { mean, life_sd, change_sd, changes_fh, passing_sd, passing_fh, window_sd } = *missions;
+        self.range("#/prior/pace/missions/mean", mean, -5.0..=5.0);
+        let spreads = [("life", life_sd), ("change", change_sd), ("passing", passing_sd), ("window", window_sd)];
+        for (name, sd) in spreads {
+            self.range(format!("#/prior/pace/missions/{name}_sd"), sd, 1e-6..=10.0);
+        }
+        self.range("#/prior/pace/missions/changes_fh", changes_fh, 1.0..=1e7);
+        self.range("#/prior/pace/missions/passing_fh", passing_fh, 1.0..=1e7);
+        for (i, load) in seen_loads.iter().flatten().enumerate() {
+            self.range(format!("#/prior/pace/seen_loads/{i}"), *load, 0.0..=1000.0);
         }
     }
 
@@ -229,6 +249,9 @@ impl Checked {
                 self.prior("#/prior", prior, &OF_ACTUATORS);
             }
             (laws, _) => self.laws(laws),
+        }
+        if let Some(law) = &prior.pace {
+            self.pace(law);
         }
         if let Some(companions) = &prior.companions {
             self.within("#/prior/companions", companions.check());

@@ -163,8 +163,13 @@ impl Filter {
     }
 
     /// Why the life so far should not be taken for one of the fleet, in words with figures. `None` where
-    /// nothing speaks against it, or the prior holds no limits. `flight_hours` tells when some hours of the filter were.
-    pub fn doubt(&self, flight_hours: &dyn Fn(f64) -> f64) -> Option<Doubt> {
+    /// nothing speaks against it, or the prior holds no limits.
+    pub fn doubt(&self) -> Option<Doubt> {
+        self.doubt_in(&|t_fh| t_fh)
+    }
+
+    /// The same, where `flight_hours` tells when some hours of the filter were.
+    pub(crate) fn doubt_in(&self, flight_hours: &dyn Fn(f64) -> f64) -> Option<Doubt> {
         let detail = self.consistency.as_ref()?.reasons(&self.model, flight_hours).join("; ");
         (!detail.is_empty()).then_some(Doubt { kind: DoubtKind::Inconsistent, detail })
     }

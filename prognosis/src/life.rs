@@ -156,7 +156,7 @@ impl LifeFilter {
 
     /// Why the life so far should not be taken for one of the fleet. `flight_hours` tells when some hours of wear were.
     pub fn doubt(&self, flight_hours: &dyn Fn(f64) -> f64) -> Option<Doubt> {
-        self.filters[0].doubt(flight_hours)
+        self.filters[0].doubt_in(flight_hours)
     }
 }
 

@@ -70,6 +70,11 @@ impl PaceLaw {
         Self { exponent, temperature, basis: Basis::Told, missions, seen_loads: None }
     }
 
+    /// Whether load or temperature do anything; where neither does, an hour of wear is an hour, to the last bit.
+    pub fn acts(&self) -> bool {
+        self.exponent.mean != 0.0 || self.temperature.mean != 0.0
+    }
+
     /// The pace at a load and a temperature.
     pub fn pace(&self, load: f64, temperature: f64) -> f64 {
         self.hour(load, temperature).pace

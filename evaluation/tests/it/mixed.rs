@@ -29,6 +29,7 @@ fn life(curve: impl Fn(f64) -> f64, noise: impl Fn(f64, &mut Stream) -> f64, str
     let ages = (0..).map(|i| 0.025 * f64::from(i)).take_while(|age| *age < before);
     EndedLife {
         observations: ages.map(|age| seen(age, noise(curve(age), stream))).collect(),
+        flights: Vec::new(),
         end_fh: before * REFERENCE_LIFE_FH,
         ending: Ending::Failed,
     }

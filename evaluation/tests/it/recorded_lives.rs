@@ -27,6 +27,7 @@ fn fleet(lives: usize) -> Records {
             unit: number.to_string(),
             severities: times.iter().map(severity).collect(),
             times,
+            stress: Vec::new(),
             end: Some(RecordedEnd { time: last, ending }),
         }
     };

@@ -90,7 +90,7 @@ impl Follower for Life<'_> {
             let posterior = filter.posterior();
             if index == 0 {
                 propagation = Some(posterior.propagation());
-                doubted = filter.doubt(&|t_fh| t_fh).is_some();
+                doubted = filter.doubt().is_some();
             }
             if draws == 0 {
                 continue;

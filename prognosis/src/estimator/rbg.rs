@@ -62,7 +62,7 @@ impl Follower for Life<'_> {
         RulEstimate {
             ends_fh: forecast(&posterior, lag_fh, self.boundary, self.error, &settings, stream).ends_fh,
             propagation: Some(posterior.propagation()),
-            doubted: self.filter.doubt(&|t_fh| t_fh).is_some(),
+            doubted: self.filter.doubt().is_some(),
         }
     }
 }

@@ -11,5 +11,6 @@ mod histories;
 mod labelled;
 mod mixture;
 mod noise;
+mod pace;
 mod simulated;
 mod surrogate;
