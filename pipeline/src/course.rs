@@ -10,10 +10,14 @@ use domain::{
     ContentHash, Estimate, NUMERICS_VERSION, Outcome, SetAside, SetAsideReason, State, UploadId,
     block::MIN_OBSERVATIONS, prognosis::Gap,
 };
-use prognosis::{Block, Clock, Flight, MeasuredLife, Observation, WearClock, blocks};
+use prognosis::{Block, Clock, Flight, LifePrior, MeasuredLife, MotorCalibration, Observation, WearClock, blocks};
 use serde::Serialize;
 
-use crate::{LifeContext, Model, chronology::implausible_hours};
+use crate::{
+    LifeContext, Model,
+    chronology::implausible_hours,
+    loads::{LoadTeller, known_load},
+};
 
 /// All that the states and the prognosis of a life are computed from, made ready.
 #[derive(Debug, Clone)]
@@ -105,19 +109,31 @@ impl Model {
     /// The life's damage-equivalent hours by the flights that these estimates tell of; `None` where nobody knows the pace.
     fn wear_clock(&self, context: &LifeContext, believed: &[&Estimate]) -> Option<WearClock> {
         let law = context.prior.body.pace.as_ref().filter(|law| law.acts())?;
-        let flights: Vec<Flight> = self.flights(believed.iter().copied());
+        let flights = self.flights(believed.iter().copied(), self.motor(&context.prior.body));
         Some(WearClock::new(law, self.units.reference_fh(context.began_fh), &flights))
     }
 
     /// The flights that estimates tell of, as priors count.
-    pub(crate) fn flights<'a>(&self, estimates: impl Iterator<Item = &'a Estimate>) -> Vec<Flight> {
-        let flight = |estimate: &Estimate| Flight {
-            t_fh: self.units.reference_fh(estimate.flight_hours),
-            load: estimate.load.as_ref().map(|load| load.ratio),
-            temperature: estimate.temperature,
-            by_motor: false,
+    pub(crate) fn flights<'a>(
+        &self,
+        estimates: impl Iterator<Item = &'a Estimate>,
+        motor: Option<&MotorCalibration>,
+    ) -> Vec<Flight> {
+        let flight = |estimate: &Estimate| {
+            let known = known_load(estimate, motor);
+            Flight {
+                t_fh: self.units.reference_fh(estimate.flight_hours),
+                load: known.map(|(load, _)| load),
+                temperature: estimate.temperature,
+                by_motor: known.is_some_and(|(_, teller)| teller == LoadTeller::Motor),
+            }
         };
         estimates.filter(|estimate| !estimate.on_ground).map(flight).collect()
+    }
+
+    /// How the motor tells a load, by the lives that taught the prior or by the bundle.
+    pub(crate) fn motor<'a>(&'a self, prior: &'a LifePrior) -> Option<&'a MotorCalibration> {
+        prior.motor.as_ref().or_else(|| self.bundle.loads.as_ref()?.motor.as_ref())
     }
 
     /// What every digest of the life begins with.

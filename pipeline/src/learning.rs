@@ -1,9 +1,11 @@
 //! What the lives of an operator teach that are over: a prior.
 
 use domain::{Estimate, UploadId};
-use prognosis::{EndedLife, Ending, Flight, block::Observation, learn_from_ended};
+use prognosis::{
+    EndedLife, Ending, Flight, LifePrior, LoadPair, MotorCalibration, block::Observation, learn_from_ended,
+};
 
-use crate::{Model, Prior};
+use crate::{Model, Prior, loads::motor_ratio};
 
 /// Seed of everything random in learning.
 const SEED: u64 = 1;
@@ -42,6 +44,8 @@ impl Model {
             t_fh: observation.t_fh - reference_fh(life.began_fh),
             ..observation
         };
+        let calibrated = MotorCalibration::fit(&lives.iter().map(load_pairs).collect::<Vec<_>>());
+        let motor = calibrated.as_ref().or_else(|| self.motor(&self.prior.body));
         let ended = |life: &PastLife| {
             let seen =
                 life.estimates.iter().filter_map(|one| self.observation(one)).map(|one| since_beginning(life, one));
@@ -51,13 +55,16 @@ impl Model {
                 None => (observations.last()?.t_fh, Ending::Removed),
             };
             let flown = |flight: Flight| Flight { t_fh: flight.t_fh - reference_fh(life.began_fh), ..flight };
-            let flights = self.flights(life.estimates.iter()).into_iter().map(flown).collect();
+            let flights = self.flights(life.estimates.iter(), motor).into_iter().map(flown).collect();
             Some(EndedLife { observations, flights, end_fh, ending })
         };
         let lives: Vec<EndedLife> = lives.iter().filter_map(ended).collect();
         let Self { followed, prior, .. } = self;
         let learned = learn_from_ended(&prior.body, &lives, followed, self.boundary(), SEED);
-        Ok(learned.map_or_else(|_| Prior::clone(prior), Prior::new))
+        Ok(learned.map_or_else(
+            |_| Prior::clone(prior),
+            |body| Prior::new(LifePrior { motor: calibrated.or(body.motor.clone()), ..body }),
+        ))
     }
 
     fn knows_faults_of(&self, estimate: &Estimate) -> Result<(), OtherFaults> {
@@ -68,4 +75,11 @@ impl Model {
         }
         Err(OtherFaults { upload_id: estimate.upload_id.clone(), found, expected })
     }
+}
+
+/// What wing and motor tell of the flights of a life.
+fn load_pairs(life: &PastLife) -> Vec<LoadPair> {
+    let pair =
+        |estimate: &Estimate| Some(LoadPair { load: estimate.load.as_ref()?.ratio, ratio: motor_ratio(estimate)? });
+    life.estimates.iter().filter(|estimate| !estimate.on_ground).filter_map(pair).collect()
 }

@@ -66,7 +66,7 @@ pub fn learn_from_ended(
     let laws = parent.growth.laws.iter().map(|law| part.law(law)).collect::<Result<_, _>>()?;
     let growth = GrowthLaws { laws };
     let companions = part.companions(&growth).or_else(|| parent.companions.clone());
-    Ok(LifePrior { growth, companions, pace })
+    Ok(LifePrior { growth, companions, pace, motor: parent.motor.clone() })
 }
 
 /// What load and temperature do: as the parent knows and the lives tell.

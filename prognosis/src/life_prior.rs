@@ -18,6 +18,7 @@ use crate::{
     coordinate::Coordinate,
     growth_laws::{GrowthLaw, GrowthLaws},
     lesson::Lesson,
+    motor_load::MotorCalibration,
     pace::PaceLaw,
     prior::FleetPrior,
 };
@@ -33,6 +34,8 @@ pub struct LifePrior {
     /// What load and temperature do to the pace of wear; all else is in damage-equivalent hours then. `None` where nobody
     /// knows.
     pub pace: Option<PaceLaw>,
+    /// How the motor tells a load where no strain does; `None` where no past flights taught it.
+    pub motor: Option<MotorCalibration>,
 }
 
 impl LifePrior {
@@ -46,14 +49,14 @@ impl LifePrior {
         &self.growth.laws[0].prior
     }
 
+    fn is_of_growth_alone(&self) -> bool {
+        self.companions.is_none() && self.pace.is_none() && self.motor.is_none()
+    }
+
     /// The prior of its only law, where that is in the faults' own measure and nothing stands beside it.
     fn alone(&self) -> Option<&FleetPrior> {
         match &self.growth.laws[..] {
-            [GrowthLaw { coordinate, prior, .. }]
-                if *coordinate == Coordinate::IDENTITY && self.companions.is_none() && self.pace.is_none() =>
-            {
-                Some(prior)
-            }
+            [GrowthLaw { coordinate: Coordinate::IDENTITY, prior, .. }] if self.is_of_growth_alone() => Some(prior),
             _ => None,
         }
     }
@@ -62,13 +65,13 @@ impl LifePrior {
 impl From<FleetPrior> for LifePrior {
     fn from(prior: FleetPrior) -> Self {
         let law = GrowthLaw { coordinate: Coordinate::IDENTITY, prior, share: 1.0 };
-        Self { growth: GrowthLaws { laws: vec![law] }, companions: None, pace: None }
+        Self { growth: GrowthLaws { laws: vec![law] }, companions: None, pace: None, motor: None }
     }
 }
 
 impl From<Lesson> for LifePrior {
     fn from(Lesson { growth, companions, pace }: Lesson) -> Self {
-        Self { growth, companions: Some(companions), pace }
+        Self { growth, companions: Some(companions), pace, motor: None }
     }
 }
 
@@ -81,6 +84,8 @@ enum Written {
         companions: Option<Companions>,
         #[serde(skip_serializing_if = "Option::is_none")]
         pace: Option<PaceLaw>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        motor: Option<MotorCalibration>,
     },
     Alone(FleetPrior),
 }
@@ -89,7 +94,10 @@ impl From<LifePrior> for Written {
     fn from(prior: LifePrior) -> Self {
         match prior.alone() {
             Some(alone) => Self::Alone(alone.clone()),
-            None => Self::Several { growth: prior.growth, companions: prior.companions, pace: prior.pace },
+            None => {
+                let LifePrior { growth, companions, pace, motor } = prior;
+                Self::Several { growth, companions, pace, motor }
+            }
         }
     }
 }
@@ -116,13 +124,14 @@ impl<'de> Visitor<'de> for Reader {
             growth: GrowthLaws,
             companions: Option<Companions>,
             pace: Option<PaceLaw>,
+            motor: Option<MotorCalibration>,
         }
         let first: Option<String> = map.next_key()?;
-        let several = matches!(first.as_deref(), Some("growth" | "companions" | "pace"));
+        let several = matches!(first.as_deref(), Some("growth" | "companions" | "pace" | "motor"));
         let rest = MapAccessDeserializer::new(Ahead { first, map });
         if several {
-            let Several { growth, companions, pace } = Several::deserialize(rest)?;
-            return Ok(LifePrior { growth, companions, pace });
+            let Several { growth, companions, pace, motor } = Several::deserialize(rest)?;
+            return Ok(LifePrior { growth, companions, pace, motor });
         }
         FleetPrior::deserialize(rest).map(LifePrior::from)
     }
@@ -152,6 +161,7 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Ahead<A> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pace::Coefficient;
 
     #[test]
     fn one_law_alone_is_written_as_its_prior() {
@@ -166,7 +176,13 @@ mod tests {
     fn another_measure_or_law_is_written_whole() {
         let mut prior = LifePrior::from(FleetPrior::vague());
         prior.growth.laws[0].coordinate = Coordinate { exponent: 1.5, offset: 0.2 };
-        let json = serde_json::to_string(&prior).expect("a prior serialises");
-        assert_eq!(serde_json::from_str::<LifePrior>(&json).expect("a prior"), prior);
+        written_whole(&prior);
+        let told = Coefficient { mean: 2.0, sd: 0.1 };
+        written_whole(&LifePrior { pace: Some(PaceLaw::told(told, told)), ..FleetPrior::vague().into() });
+    }
+
+    fn written_whole(prior: &LifePrior) {
+        let json = serde_json::to_string(prior).expect("a prior serialises");
+        assert_eq!(serde_json::from_str::<LifePrior>(&json).expect("a prior"), *prior);
     }
 }

@@ -20,6 +20,8 @@ const GAP_INTERVALS: f64 = 5.0;
 const INTERVALS: usize = 3;
 /// Hours from which those before the first flight take their pace; also the recent ones.
 pub(crate) const FIRST_FH: f64 = 200.0;
+/// A flight, hours, where nothing tells how long it was.
+const FLIGHT_FH: f64 = 4.0;
 
 /// One flight, as far as it tells of load and temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -198,9 +200,18 @@ impl WearClock {
         after.checked_sub(1).map(|last| self.knots[last].sums).unwrap_or_default()
     }
 
-    /// The windows of a life by some time of which at least half is known; the last may be shorter.
+    /// The windows of a life by some time of which at least half is known; the last may be shorter. Where there is none yet, the
+    /// first flight alone.
     pub(crate) fn windows(&self, now_fh: f64) -> Vec<Window> {
         let Some(first) = self.knots.first() else { return Vec::new() };
+        let windows = self.known_windows(first, now_fh);
+        if windows.is_empty() {
+            return vec![Window { centre_fh: 0.0, fh: FLIGHT_FH, log_pace: libm::log(self.first_pace) }];
+        }
+        windows
+    }
+
+    fn known_windows(&self, first: &Knot, now_fh: f64) -> Vec<Window> {
         let last_fh = self.knots[self.knots.partition_point(|knot| knot.t_fh <= now_fh).max(1) - 1].t_fh;
         let count = libm::ceil((last_fh - first.t_fh) / WINDOW_FH) as u64;
         let window = |index: u64| {

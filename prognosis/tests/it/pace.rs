@@ -3,7 +3,7 @@
 use domain::FaultModel;
 use numerics::Stream;
 use prognosis::{
-    Change, Coefficient, Coordinate, EndedLife, Ending, Flight, FleetPrior, LifePrior, MissionToCome, Observation,
+    Change, Coefficient, Coordinate, EndedLife, Ending, FleetPrior, Flight, LifePrior, MissionToCome, Observation,
     PaceLaw, PaceLesson, Told, WearClock, learn_from_ended,
 };
 use proptest::prelude::*;
