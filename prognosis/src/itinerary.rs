@@ -10,7 +10,7 @@ use numerics::Stream;
 use crate::{
     forecast::Forecast,
     missions::Mission,
-    pace::{Coefficient, PACES, PaceLaw},
+    pace::{Coefficient, PaceLaw},
     wear_clock::{Stretch, WearClock},
 };
 
@@ -79,7 +79,7 @@ impl<'a> MissionToCome<'a> {
 
     /// The pace that the present mission is most likely to have.
     pub fn pace_now(&self) -> f64 {
-        libm::exp(self.mission.log_pace()).clamp(PACES[0], PACES[1])
+        self.law.kept(libm::exp(self.mission.log_pace()))
     }
 
     /// What is known of the life so far, and of its last 200 hours.
@@ -91,7 +91,7 @@ impl<'a> MissionToCome<'a> {
     pub(crate) fn greatest_h(&self, horizon_fh: f64) -> f64 {
         let told = self.told.iter().map(|told| self.told_log_pace(told, self.mission.greatest_log_pace(), [3.0; 2]));
         let log_pace = told.fold(self.mission.greatest_log_pace(), f64::max);
-        horizon_fh * libm::exp(log_pace).clamp(PACES[0], PACES[1])
+        horizon_fh * self.law.kept(libm::exp(log_pace))
     }
 
     /// The log of the pace under what is told, where missions would have another; errors in standard deviations.
@@ -137,7 +137,7 @@ impl<'a> MissionToCome<'a> {
             let told = self.told.iter().rev().find(|told| told.from_fh <= from_fh);
             let log_pace = told.map_or(otherwise, |told| self.told_log_pace(told, otherwise, errors));
             let from_h = legs.last().map_or(0.0, |last| last.from_h + last.pace * (from_fh - last.from_fh));
-            legs.push(Leg { from_fh, from_h, pace: libm::exp(log_pace).clamp(PACES[0], PACES[1]) });
+            legs.push(Leg { from_fh, from_h, pace: self.law.kept(libm::exp(log_pace)) });
         }
         Itinerary { legs }
     }

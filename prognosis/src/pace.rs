@@ -11,9 +11,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::missions::Missions;
 
-/// Loads and paces beyond are taken at the edge.
+/// Loads and paces beyond are taken at the edge, unless past lives have seen more.
 pub(crate) const LOADS: [f64; 2] = [0.2, 5.0];
 pub(crate) const PACES: [f64; 2] = [0.05, 20.0];
+
+/// So many times what past lives have seen is reckoned with.
+const BEYOND_SEEN: f64 = 2.0;
 
 /// What is known of the pace of a part number.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -81,9 +84,27 @@ impl PaceLaw {
     }
 
     pub(crate) fn hour(&self, load: f64, temperature: f64) -> Hour {
-        let kept = load.clamp(LOADS[0], LOADS[1]);
+        let loads = self.loads();
+        let kept = load.clamp(loads[0], loads[1]);
         let log_pace = self.exponent.mean * libm::log(kept) + self.temperature.mean * temperature;
-        let pace = libm::exp(log_pace).clamp(PACES[0], PACES[1]);
+        let pace = self.kept(libm::exp(log_pace));
         Hour { pace, clamped: kept != load || (libm::log(pace) - log_pace).abs() > 1e-9 }
+    }
+
+    /// A pace within what is reckoned with.
+    pub(crate) fn kept(&self, pace: f64) -> f64 {
+        if self.seen_loads.is_none() {
+            return pace.clamp(PACES[0], PACES[1]);
+        }
+        let [a, b] = self.loads().map(|load| libm::pow(load, self.exponent.mean));
+        pace.clamp(PACES[0].min(a.min(b)), PACES[1].max(a.max(b)))
+    }
+
+    /// The loads that are reckoned with.
+    fn loads(&self) -> [f64; 2] {
+        match self.seen_loads {
+            None => LOADS,
+            Some([least, most]) => [LOADS[0].min(least / BEYOND_SEEN), LOADS[1].max(most * BEYOND_SEEN)],
+        }
     }
 }

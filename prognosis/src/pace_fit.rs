@@ -20,7 +20,6 @@ use crate::{
     missions::Missions,
     pace::{Basis, Coefficient, PaceLaw},
     prior::FleetPrior,
-    wear_clock::WearClock,
 };
 
 /// What is known of exponent and temperature coefficient before any life: nothing in particular.
@@ -63,6 +62,8 @@ struct Search<'a> {
     known: [Coefficient; 2],
     /// Share of each life that is known.
     shares: Vec<f64>,
+    /// Least and greatest load of their flights.
+    seen_loads: Option<[f64; 2]>,
 }
 
 impl PaceLaw {
@@ -85,13 +86,14 @@ impl PaceLaw {
         let measured =
             |life: &&EndedLife| life.observations.iter().map(|seen| coordinate.observation(seen)).collect::<Vec<_>>();
         let cut = lives.par_iter().map(|life| blocks(&measured(life), &prior.clock)).collect();
-        let search = Search { lives, blocks: cut, model, known, shares };
+        let seen_loads = seen_loads(&lives);
+        let search = Search { lives, blocks: cut, model, known, shares, seen_loads };
         let prior = FleetPrior { growth_changes: None, consistency: None, ..prior.clone() };
         let (best, covariance, gain) = search.run(&prior);
         let [exponent, temperature] = [0, 1].map(|i| Coefficient { mean: best[i], sd: covariance[i].sqrt() });
         let basis = Basis::Learned { lives: search.lives.len(), gain };
-        let law = Self { exponent, temperature, basis, ..no_pace };
-        Some(PaceLesson { law: search.with_missions(law), gain })
+        let law = Self { exponent, temperature, basis, seen_loads: search.seen_loads, ..no_pace };
+        Some(PaceLesson { law: Self { missions: search.missions(&law), ..law }, gain })
     }
 }
 
@@ -134,7 +136,8 @@ impl Search<'_> {
 
     /// The blocks of each life where they are by the hours of a pair.
     fn aged(&self, [p, beta]: [f64; 2]) -> Vec<Vec<Block>> {
-        let law = PaceLaw::told(Coefficient { mean: p, sd: 0.0 }, Coefficient { mean: beta, sd: 0.0 });
+        let told = PaceLaw::told(Coefficient { mean: p, sd: 0.0 }, Coefficient { mean: beta, sd: 0.0 });
+        let law = PaceLaw { seen_loads: self.seen_loads, ..told };
         let of_life = |(life, blocks): (&&EndedLife, &Vec<Block>)| {
             let clock = life.clock(&law);
             blocks.iter().map(|block| clock.aged(block.clone(), &life.observations)).collect()
@@ -154,16 +157,18 @@ impl Search<'_> {
         Tried { log_posterior: weighed + before(0) + before(1), prior }
     }
 
-    /// The law with the missions that the lives flew, and the loads that they saw.
-    fn with_missions(&self, law: PaceLaw) -> PaceLaw {
-        let clocks: Vec<(f64, WearClock)> = self.lives.iter().map(|life| (life.end_fh, life.clock(&law))).collect();
-        let windows: Vec<_> = clocks.iter().map(|(end_fh, clock)| clock.windows(*end_fh)).collect();
-        let guess = Missions::usual(law.exponent.mean, law.temperature.mean);
-        let told = self.lives.iter().flat_map(|life| &life.flights).filter_map(|flight| flight.load);
-        let loads = quantile::sorted(told.collect());
-        let seen_loads = (!loads.is_empty()).then(|| SEEN.map(|level| quantile::nearest(&loads, level)));
-        PaceLaw { missions: Missions::learn(&windows, guess), seen_loads, ..law }
+    /// The missions that the lives flew.
+    fn missions(&self, law: &PaceLaw) -> Missions {
+        let windows: Vec<_> = self.lives.iter().map(|life| life.clock(law).windows(life.end_fh)).collect();
+        Missions::learn(&windows, Missions::usual(law.exponent.mean, law.temperature.mean))
     }
+}
+
+/// Least and greatest load of flights, but for a few; `None` where none tells one.
+fn seen_loads(lives: &[&EndedLife]) -> Option<[f64; 2]> {
+    let told = lives.iter().flat_map(|life| &life.flights).filter_map(|flight| flight.load);
+    let loads = quantile::sorted(told.collect());
+    (!loads.is_empty()).then(|| SEEN.map(|level| quantile::nearest(&loads, level)))
 }
 
 /// A pair that was tried.

@@ -6,7 +6,6 @@ mod predictions;
 mod recorded;
 
 use std::{
-    borrow::Cow,
     path::{Path, PathBuf},
     time::Instant,
 };
@@ -327,7 +326,7 @@ fn contestant<'a>(name: EstimatorName, knowledge: &'a Knowledge, own: &'a LifePr
         _ => unreachable!("refused before"),
     };
     match pace {
-        Some(law) => Contestant::Paced(Paced { law: Cow::Borrowed(law), inner: estimator }),
+        Some(law) => Contestant::Paced(Paced { law, inner: estimator }),
         None => Contestant::Estimator(estimator),
     }
 }

@@ -17,6 +17,7 @@ use tokio::task::JoinHandle;
 use crate::{
     clock::SimulatedClock,
     database::Database,
+    default_model,
     door::Door,
     exit::Failure,
     flights::FlightArguments,
@@ -107,6 +108,12 @@ fn hours(arguments: &Arguments) -> Result<Option<f64>, Failure> {
 async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> Result<()> {
     let plan = plan(arguments)?;
     must_admit_all(&database).await?;
+    if !plan.missions.is_empty() {
+        let store = database.open().await?;
+        let provided = default_model::provide_paced(&store, DAWN.parse()?).await;
+        store.close().await;
+        provided?;
+    }
     let clock = SimulatedClock::new(DAWN.parse()?);
     let settings = |port| Settings {
         database: database.clone(),

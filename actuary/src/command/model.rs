@@ -3,11 +3,12 @@
 mod activate;
 mod add;
 mod list;
+pub mod pace;
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
 
-/// Add model bundles to a database, list them, and choose the one that judges.
+/// Add model bundles to a database, list them, choose the one that judges, and tell one what load does.
 #[derive(Debug, Args)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -19,6 +20,7 @@ enum What {
     Activate(activate::Arguments),
     Add(add::Arguments),
     List(list::Arguments),
+    Pace(pace::Arguments),
 }
 
 /// Runs the command.
@@ -27,5 +29,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         What::Activate(arguments) => activate::run(arguments),
         What::Add(arguments) => add::run(arguments),
         What::List(arguments) => list::run(arguments),
+        What::Pace(arguments) => pace::run(arguments),
     }
 }

@@ -16,4 +16,5 @@ mod recorded_lives;
 #[path = "../../../prognosis/tests/it/simulated/mod.rs"]
 mod simulated;
 mod small_benchmark;
+mod stress;
 mod thesis;

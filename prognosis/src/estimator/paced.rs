@@ -6,8 +6,6 @@
 //!   with them all others: the other begins anew.
 //! - Requirements: an estimator that was taught by lives in damage-equivalent hours of the same law.
 
-use std::borrow::Cow;
-
 use numerics::Stream;
 
 use super::{Estimator, Follower, PredictionSettings, RulEstimate};
@@ -24,7 +22,7 @@ const MISSIONS: u64 = (1 << 32) - 2;
 /// An estimator by the pace of each life.
 pub struct Paced<'a> {
     /// What load and temperature do.
-    pub law: Cow<'a, PaceLaw>,
+    pub law: &'a PaceLaw,
     /// The estimator in damage-equivalent hours.
     pub inner: Box<dyn Estimator + 'a>,
 }
@@ -77,7 +75,7 @@ impl Follower for Life<'_> {
 
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
         let clock = self.clock();
-        let missions = MissionToCome::new(&self.of.law, &clock, now_fh, self.told(now_fh));
+        let missions = MissionToCome::new(self.of.law, &clock, now_fh, self.told(now_fh));
         let horizon_fh = settings.horizon_fh;
         let in_hours = PredictionSettings { horizon_fh: missions.greatest_h(horizon_fh), ..*settings };
         let now_h = clock.worn_h(now_fh);
@@ -102,7 +100,7 @@ fn feed(follower: &mut dyn Follower, seen: impl Iterator<Item = Observation>, cl
 
 impl Life<'_> {
     fn clock(&self) -> WearClock {
-        WearClock::new(&self.of.law, 0.0, &self.flights)
+        WearClock::new(self.of.law, 0.0, &self.flights)
     }
 
     /// What is told, from now on.

@@ -1,6 +1,6 @@
 //! Lives whose limits are told by their user: some teach, the others are judged, in the unit of their times.
 
-use std::{borrow::Cow, collections::BTreeMap};
+use std::collections::BTreeMap;
 
 use anyhow::Result;
 use domain::FaultModel;
@@ -110,7 +110,7 @@ impl<'a> Taught<'a> {
             _ => unreachable!("refused before"),
         };
         match &lesson.pace {
-            Some(law) => Contestant::Paced(Paced { law: Cow::Borrowed(law), inner: estimator }),
+            Some(law) => Contestant::Paced(Paced { law, inner: estimator }),
             None => Contestant::Estimator(estimator),
         }
     }
