@@ -106,11 +106,13 @@ impl Model {
         observation(estimate).map(|seen| self.units.observation(seen))
     }
 
-    /// The life's damage-equivalent hours by the flights that these estimates tell of; `None` where nobody knows the pace.
+    /// The life's damage-equivalent hours by the flights that these estimates tell of; `None` where nobody
+    /// knows the pace, or no flight tells of load or temperature.
     fn wear_clock(&self, context: &LifeContext, believed: &[&Estimate]) -> Option<WearClock> {
         let law = context.prior.body.pace.as_ref().filter(|law| law.acts())?;
         let flights = self.flights(believed.iter().copied(), self.motor(&context.prior.body));
-        Some(WearClock::new(law, self.units.reference_fh(context.began_fh), &flights))
+        let clock = WearClock::new(law, self.units.reference_fh(context.began_fh), &flights);
+        (!clock.is_silent()).then_some(clock)
     }
 
     /// The flights that estimates tell of, as priors count.

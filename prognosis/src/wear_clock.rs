@@ -128,6 +128,11 @@ impl WearClock {
         Self { began_fh, first_pace, knots }
     }
 
+    /// Whether no flight tells of load or temperature, so that an hour of wear is an hour.
+    pub fn is_silent(&self) -> bool {
+        self.knots.is_empty()
+    }
+
     /// Damage-equivalent hours by some flight hours, both counted alike.
     pub fn worn_h(&self, t_fh: f64) -> f64 {
         let after = self.knots.partition_point(|knot| knot.t_fh < t_fh);

@@ -7,5 +7,6 @@ mod outlook;
 mod own_diagnosis;
 mod own_faults;
 mod own_units;
+mod paced;
 mod rehearsal;
 mod training;

@@ -75,17 +75,13 @@ impl Follower for Life<'_> {
 
     fn predict(&self, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
         let clock = self.clock();
+        if clock.is_silent() {
+            return self.worn(&clock, now_fh, settings, stream);
+        }
         let missions = MissionToCome::new(self.of.law, &clock, now_fh, self.told(now_fh));
         let horizon_fh = settings.horizon_fh;
         let in_hours = PredictionSettings { horizon_fh: missions.greatest_h(horizon_fh), ..*settings };
-        let now_h = clock.worn_h(now_fh);
-        let estimate = if self.begun {
-            self.inner.predict(now_h, &in_hours, stream)
-        } else {
-            let mut beginner = self.of.inner.follow();
-            feed(&mut *beginner, self.seen.iter().cloned(), &clock);
-            beginner.predict(now_h, &in_hours, stream)
-        };
+        let estimate = self.worn(&clock, now_fh, &in_hours, stream);
         let ends_fh = missions.flight_hours(&estimate.ends_fh, horizon_fh, &stream.substream(MISSIONS));
         RulEstimate { ends_fh, ..estimate }
     }
@@ -99,6 +95,17 @@ fn feed(follower: &mut dyn Follower, seen: impl Iterator<Item = Observation>, cl
 }
 
 impl Life<'_> {
+    /// The other's prediction, in damage-equivalent hours.
+    fn worn(&self, clock: &WearClock, now_fh: f64, settings: &PredictionSettings, stream: &Stream) -> RulEstimate {
+        let now_h = clock.worn_h(now_fh);
+        if self.begun {
+            return self.inner.predict(now_h, settings, stream);
+        }
+        let mut beginner = self.of.inner.follow();
+        feed(&mut *beginner, self.seen.iter().cloned(), clock);
+        beginner.predict(now_h, settings, stream)
+    }
+
     fn clock(&self) -> WearClock {
         WearClock::new(self.of.law, 0.0, &self.flights)
     }
