@@ -20,7 +20,7 @@ use crate::{
     ended::EndedLife,
     estimator::{Climatology, Growth, LevelLives, PredictionSettings, Similarity},
     fit::NoHistory,
-    growth_laws::{GrowthLaw, GrowthLaws, LawsWithout},
+    growth_laws::{GrowthLaws, LawsWithout},
     held_out::{HeldOutSettings, forecast_held_out},
     mixture::Mixture,
     pace::PaceLaw,
@@ -116,9 +116,7 @@ impl Lesson {
         if !lives.iter().any(EndedLife::tells_of_pace) {
             return Ok((Self::learn(lives, model, seed)?, None));
         }
-        let blind = GrowthLaws::learn(lives, model, seed)?;
-        let GrowthLaw { coordinate, prior, .. } = &blind.laws[0];
-        let pace = PaceLaw::learn(lives, model, (*coordinate, prior), None);
+        let pace = GrowthLaws::learn_pace(lives, model)?;
         let Some(law) = pace.as_ref().filter(|pace| pace.is_believed()).map(|pace| &pace.law) else {
             return Ok((Self::learn(lives, model, seed)?, pace));
         };

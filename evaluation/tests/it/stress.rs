@@ -70,9 +70,7 @@ fn passed_at(before: &Record, after: &Record) -> f64 {
 
 /// What lives tell of the pace, and of growth by it.
 fn learned(lives: &[EndedLife], model: &FaultModel) -> (PaceLaw, GrowthLaws) {
-    let blind = GrowthLaws::learn(lives, model, SEED).unwrap();
-    let most = &blind.laws[0];
-    let lesson = PaceLaw::learn(lives, model, (most.coordinate, &most.prior), None).unwrap();
+    let lesson = GrowthLaws::learn_pace(lives, model).unwrap().unwrap();
     println!("{:?}, {:?}, {:.1} nats", lesson.law.exponent, lesson.law.temperature, lesson.gain);
     assert!(lesson.is_believed());
     let aged: Vec<EndedLife> = lives.iter().map(|life| life.aged(&lesson.law)).collect();
@@ -140,7 +138,7 @@ fn lives_at_a_temperature_follow_from_those_at_cooler_ones() {
     let model = reference_faults(vec!["power drop".to_owned()]);
     let (cool, hot): (Vec<_>, Vec<_>) = devices.into_iter().partition(|record| record.temperature < Some(1.0));
     let (law, laws) = learned(&lives(&cool, &scale), &model);
-    println!("activation energy {:.3} eV", law.temperature.mean);
+    println!("activation energy {:.3} eV, {:?}, {:?}", law.temperature.mean, law.missions, laws.laws[0].coordinate);
     assert!((0.55..=0.85).contains(&law.temperature.mean), "{:?}", law.temperature);
     let limits = Limits::reference(1);
     let growth = Growth { model: &model, laws: Cow::Borrowed(&laws), boundary: &limits };

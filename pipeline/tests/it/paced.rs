@@ -205,7 +205,7 @@ fn a_recalled_filter_changes_nothing() {
     let course = model.course(&context, &all);
     let whole = outlook(&model, &all, &[], &Ahead::default());
     let kept = outlook(&model, &all[..80], &[], &Ahead::default()).latest.unwrap();
-    let known = &whole.states[..15];
+    let known = &whole.states[..16];
     assert!(course.recallable(known).contains(&(kept.block, kept.digest)));
     let bytes = kept.filter.to_bytes();
     let kept = pipeline::Checkpoint::restore(&model, model.prior(), kept.block, kept.digest, &bytes).unwrap();

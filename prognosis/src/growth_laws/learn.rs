@@ -21,6 +21,8 @@ use crate::{
     ended::{EndedLife, Ending},
     failure_time::{FinishedLife, fit_failure_time_error},
     fit::{FitSettings, NoHistory, fit_prior_from},
+    pace::PaceLaw,
+    pace_fit::PaceLesson,
     prior::{BiasPrior, FleetPrior, GroupPrior, START_SD, StartPrior},
     scale::{REFERENCE_LIFE_FH, REFERENCE_LIMIT},
 };
@@ -73,6 +75,29 @@ impl GrowthLaws {
         let likeliest = ranked.into_iter().take(MOST).map(|(law, _)| law.refitted(lives, model, &WELL));
         let laws = likeliest.collect::<Result<_, _>>()?;
         Ok(Self { laws }.with_shares(lives, model).with_failure_time_errors(lives, model, seed))
+    }
+
+    /// What these lives tell of the pace of wear, by the measure of damage in which growth at that pace explains them best;
+    /// `None` where no life tells of load or temperature.
+    ///
+    /// # Errors
+    ///
+    /// If no life has a closed block of observations.
+    pub fn learn_pace(lives: &[EndedLife], model: &FaultModel) -> Result<Option<PaceLesson>, NoHistory> {
+        let clock = clock_for(lives);
+        let by = |coordinate: Coordinate| {
+            let histories = measured(lives, &coordinate);
+            let guess = FleetPrior { clock, start: start_of(&histories), ..vague() };
+            let prior = fit_prior_from(guess, &histories, model, &ROUGH)?;
+            let Some(lesson) = PaceLaw::learn(lives, model, (coordinate, &prior), None) else { return Ok(None) };
+            let aged: Vec<EndedLife> = lives.iter().map(|life| life.aged(&lesson.law)).collect();
+            let law = GrowthLaw { coordinate, prior, share: 1.0 }.refitted(&aged, model, &ROUGH)?;
+            let log_evidence: f64 = law.log_evidence(&aged, model).iter().sum();
+            Ok(Some((lesson, log_evidence)))
+        };
+        let told: Vec<Option<(PaceLesson, f64)>> = candidates().into_par_iter().map(by).collect::<Result<_, _>>()?;
+        let best = told.into_iter().flatten().reduce(|a, b| if b.1 > a.1 { b } else { a });
+        Ok(best.map(|(lesson, _)| lesson))
     }
 
     /// The same laws where growth may change in mid-life.
