@@ -115,6 +115,8 @@ pub enum Action {
     EventVoided,
     /// A sensor configuration was put in force.
     SensorConfigurationAdded,
+    /// The plan of a tail was set.
+    PlanSet,
 }
 
 impl Action {
@@ -130,6 +132,7 @@ impl Action {
             Self::UploadsRetried => "uploads_retried",
             Self::EventVoided => "event_voided",
             Self::SensorConfigurationAdded => "sensor_configuration_added",
+            Self::PlanSet => "plan_set",
         }
     }
 }

@@ -68,6 +68,8 @@ pub enum Permission {
     Maintain,
     /// Void and retry uploads.
     Correct,
+    /// Set what is planned for tails.
+    Plan,
     /// Add sensor configurations.
     Configure,
     /// Whatever else is done for an operator as a whole.
@@ -76,13 +78,14 @@ pub enum Permission {
 
 impl Permission {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Upload,
         Self::ReadModels,
         Self::ReadUpload,
         Self::Read,
         Self::Maintain,
         Self::Correct,
+        Self::Plan,
         Self::Configure,
         Self::Administer,
     ];
@@ -96,6 +99,7 @@ impl Permission {
             Self::Read => "read the fleet",
             Self::Maintain => "record or void maintenance events",
             Self::Correct => "void or retry uploads",
+            Self::Plan => "set what is planned for tails",
             Self::Configure => "add sensor configurations",
             Self::Administer => "administer the operator",
         }
@@ -139,11 +143,11 @@ impl Scope {
 
     /// What each may do, in one table.
     pub fn permits(&self, permission: Permission) -> bool {
-        use Permission::{Correct, Maintain, Read, ReadModels, ReadUpload, Upload};
+        use Permission::{Correct, Maintain, Plan, Read, ReadModels, ReadUpload, Upload};
         match self {
             Self::Aircraft(_) => matches!(permission, Upload | ReadModels | ReadUpload),
             Self::Ops => matches!(permission, Read | ReadModels | ReadUpload),
-            Self::Planner => matches!(permission, Read | ReadModels | ReadUpload | Maintain | Correct),
+            Self::Planner => matches!(permission, Read | ReadModels | ReadUpload | Maintain | Correct | Plan),
             Self::Admin => true,
         }
     }
@@ -229,10 +233,10 @@ mod tests {
     fn each_scope_may_what_it_is_there_for() {
         let may = |scope: &Scope| Permission::ALL.map(|permission| scope.permits(permission));
         let aircraft = Scope::Aircraft(tail("EC-MXA"));
-        assert_eq!(may(&aircraft), [true, true, true, false, false, false, false, false]);
-        assert_eq!(may(&Scope::Ops), [false, true, true, true, false, false, false, false]);
-        assert_eq!(may(&Scope::Planner), [false, true, true, true, true, true, false, false]);
-        assert_eq!(may(&Scope::Admin), [true; 8]);
+        assert_eq!(may(&aircraft), [true, true, true, false, false, false, false, false, false]);
+        assert_eq!(may(&Scope::Ops), [false, true, true, true, false, false, false, false, false]);
+        assert_eq!(may(&Scope::Planner), [false, true, true, true, true, true, true, false, false]);
+        assert_eq!(may(&Scope::Admin), [true; 9]);
     }
 
     #[test]

@@ -25,6 +25,12 @@ pub const TEMPERATURE: Range = Range::new(-100.0, 150.0, "degrees Celsius");
 pub const WINDING_TEMPERATURE: Range = Range::new(-100.0, 300.0, "degrees Celsius");
 /// Load ratio r; further from zero a motor produces no motion.
 pub const LOAD_RATIO: Range = Range::new(-10.0, 10.0, "(dimensionless)");
+/// Load, abs(M_h) over the reference moment of the surface.
+pub const LOAD: Range = Range::new(0.0, 20.0, "(dimensionless)");
+/// Load to come over that of now.
+pub const LOAD_FACTOR: Range = Range::new(0.1, 10.0, "times");
+/// Temperature to come above that of now.
+pub const TEMPERATURE_OFFSET: Range = Range::new(-100.0, 100.0, "K");
 /// Wavelength of a grating.
 pub const WAVELENGTH: Range = Range::new(200.0, 3000.0, "nm");
 /// Dynamic pressure.

@@ -7,7 +7,7 @@ use std::{
 };
 
 use domain::{
-    ContentHash, Estimate, NUMERICS_VERSION, Outcome, SetAside, SetAsideReason, State, UploadId,
+    AsOf, ContentHash, Estimate, NUMERICS_VERSION, Outcome, SetAside, SetAsideReason, State, UploadId,
     block::MIN_OBSERVATIONS, prognosis::Gap,
 };
 use prognosis::{Block, Clock, Flight, LifePrior, MeasuredLife, MotorCalibration, Observation, WearClock, blocks};
@@ -155,6 +155,11 @@ impl Model {
 }
 
 impl Course {
+    /// The newest observation that is believed.
+    pub fn as_of(&self) -> Option<AsOf> {
+        self.newest.as_ref().map(Estimate::as_of)
+    }
+
     /// Blocks after which a filter may be recalled instead of following the life from its beginning, the
     /// first first: those whose `known` states stand, by index and digest.
     pub fn recallable(&self, known: &[State]) -> Vec<(u64, ContentHash)> {

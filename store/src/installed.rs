@@ -1,8 +1,8 @@
 //! Components at positions, each with the beginning of its stay.
 
 use domain::{
-    EventId, InstallationSource, PartNumber, Position, Prognosis, SerialNumber, SetAside, SetAsideReason, TailNumber,
-    Timestamp, UploadId, Warning,
+    EventId, InstallationSource, PartNumber, Plan, Position, Prognosis, SerialNumber, SetAside, SetAsideReason,
+    TailNumber, Timestamp, UploadId, Warning,
 };
 
 use crate::LifeBeginning;
@@ -43,6 +43,8 @@ pub struct Installed {
     /// Flight hours per day of the tail over the 90 days before its newest upload; `None` below
     /// 14 days of data.
     pub utilisation_fh_per_day: Option<f64>,
+    /// The plan of the tail; empty where none is in force.
+    pub plan: Plan,
 }
 
 /// Uploads of a life that are set aside.

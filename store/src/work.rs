@@ -9,7 +9,7 @@ use domain::{
     Component, ContentHash, Estimate, Life, Prognosis, SensorConfiguration, SetAside, State, Timestamp, Upload,
 };
 
-use crate::Checkpoint;
+use crate::{Checkpoint, Planned};
 
 /// The right to process one component for a while.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,6 +64,8 @@ pub struct LifeInputs {
     pub estimates: Vec<Estimate>,
     /// States of the generation so far, by block.
     pub states: Vec<State>,
+    /// What is planned for the tail that the component is on; `None` where nothing is, and of an earlier life.
+    pub planned: Option<Planned>,
 }
 
 /// An upload that waits for its estimate, with everything that the estimate is a function of.

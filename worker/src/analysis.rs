@@ -6,9 +6,11 @@ use std::{
     sync::Arc,
 };
 
-use domain::{Ahead, ContentHash, Estimate, Life, SetAside, SetAsideReason, State, Timestamp};
-use pipeline::{Checkpoint, Course, EstimateError, LifeContext, Model, OutlookError, Prior, recorded_in_the_past};
-use store::{LifeInputs, LifeResults, Unestimated};
+use domain::{Ahead, AsOf, ContentHash, Estimate, Life, SetAside, SetAsideReason, State, Timestamp};
+use pipeline::{
+    Checkpoint, Course, EstimateError, LifeContext, Model, Outlook, OutlookError, Prior, recorded_in_the_past,
+};
+use store::{LifeInputs, LifeResults, Planned, Unestimated};
 
 use crate::models::Masks;
 
@@ -22,17 +24,18 @@ pub struct Reading {
     set_aside: Vec<SetAside>,
     course: Course,
     known: Vec<State>,
+    planned: Option<Planned>,
 }
 
 /// Estimates what waits, and orders all that is known of the life.
 pub fn read(model: &Model, prior: Arc<Prior>, masks: &Masks, inputs: LifeInputs) -> Reading {
-    let LifeInputs { life, generation, began_fh, unestimated, mut estimates, states: known } = inputs;
+    let LifeInputs { life, generation, began_fh, unestimated, mut estimates, states: known, planned } = inputs;
     let (new, set_aside) = estimate_each(model, masks, &unestimated);
     estimates.extend(new.iter().cloned());
     estimates.sort_by(Estimate::life_order);
     let context = LifeContext { life: &life, generation: generation.number, prior: &prior, began_fh };
     let course = model.course(&context, &estimates);
-    Reading { life, generation: generation.number, began_fh, prior, estimates: new, set_aside, course, known }
+    Reading { life, generation: generation.number, began_fh, prior, estimates: new, set_aside, course, known, planned }
 }
 
 impl Reading {
@@ -46,6 +49,28 @@ impl Reading {
         self.course.recallable(&self.known)
     }
 
+    /// States and prognosis, for the flights that lie ahead.
+    pub fn outlook(
+        &self,
+        model: &Model,
+        recalled: Option<Checkpoint>,
+        superseded: bool,
+        ahead: &Ahead,
+    ) -> Result<Outlook, OutlookError> {
+        let Self { life, generation, began_fh, prior, .. } = self;
+        let context = LifeContext { life, generation: *generation, prior, began_fh: *began_fh };
+        model.outlook(&context, &self.course, &self.known, recalled, superseded, ahead)
+    }
+
+    /// What is planned of the flights behind the newest data.
+    fn ahead(&self) -> Ahead {
+        let planned = self.planned.as_ref().zip(self.course.as_of());
+        let told = |(planned, as_of): (&Planned, AsOf)| {
+            planned.plan.ahead(&planned.plan.schedule(as_of.recorded_at, planned.utilisation_fh_per_day))
+        };
+        planned.map(told).unwrap_or_default()
+    }
+
     /// The results, and the filter from which the life goes on; newer inputs of the life wait already if it is
     /// `superseded`.
     pub fn judge(
@@ -55,9 +80,7 @@ impl Reading {
         superseded: bool,
         now: Timestamp,
     ) -> Result<(LifeResults, Option<Checkpoint>), OutlookError> {
-        let Self { life, generation, began_fh, prior, .. } = &self;
-        let context = LifeContext { life, generation: *generation, prior, began_fh: *began_fh };
-        let outlook = model.outlook(&context, &self.course, &self.known, recalled, superseded, &Ahead::default())?;
+        let outlook = self.outlook(model, recalled, superseded, &self.ahead())?;
         let results = LifeResults {
             overhaul_index: self.life.overhaul_index,
             generation: self.generation,

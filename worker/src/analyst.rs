@@ -2,12 +2,16 @@
 
 use std::time::Duration;
 
-use domain::{ContentHash, Life, Timestamp};
+use domain::{Ahead, Component, ContentHash, Life, Prognosis, Timestamp};
 use pipeline::{Checkpoint, Model, Prior};
 use store::{Completion, Lease, LifeInputs, LifeResults, Store};
 use tokio::{task::spawn_blocking, time::sleep};
 
-use crate::{Clock, WorkerError, analysis, memory::Memory, models::Models};
+use crate::{
+    Clock, WorkerError, analysis,
+    memory::Memory,
+    models::{Masks, Models},
+};
 
 /// How long results wait before it is tried again to store them.
 const OUTAGE: Duration = Duration::from_millis(500);
@@ -81,6 +85,19 @@ impl Analyst {
         let recalled = self.recall(reading.life(), &reading.recallable(), (&model, &prior)).await?;
         let superseded = self.store.newer_input_waits(lease, reading.life().0.overhaul_index).await?;
         Ok(spawn_blocking(move || reading.judge(&model, recalled, superseded, now)).await??)
+    }
+
+    /// The prognosis of the life that a component is in, if other flights were ahead; `None` where nothing is known of it.
+    /// Nothing is written.
+    pub async fn what_if(&self, component: &Component, ahead: Ahead) -> Result<Option<Prognosis>, WorkerError> {
+        let Some(inputs) = self.store.present_life(component).await? else { return Ok(None) };
+        let model = self.models.get(&inputs.generation.model).await?;
+        let prior = self.models.prior(&component.operator, &inputs.generation, &model).await?;
+        let (reader, read_by) = (model.clone(), prior.clone());
+        let reading = spawn_blocking(move || analysis::read(&reader, read_by, &Masks::new(), inputs)).await?;
+        let recalled = self.recall(reading.life(), &reading.recallable(), (&model, &prior)).await?;
+        let outlook = spawn_blocking(move || reading.outlook(&model, recalled, false, &ahead)).await??;
+        Ok(outlook.prognosis)
     }
 
     /// A filter of the life after one of these blocks: the newest from memory, or an older one from the store.

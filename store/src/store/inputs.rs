@@ -1,14 +1,14 @@
-//! Inputs of operators: uploads, maintenance events, corrections, sensor configurations.
+//! Inputs of operators: uploads, maintenance events, corrections, sensor configurations, plans.
 
 use std::ops::RangeInclusive;
 
 use domain::{
-    Act, Component, EventId, MaintenanceEvent, OperatorId, Position, SensorConfiguration, SetAsideReason, TailNumber,
-    Timestamp, Upload, UploadId, Warning,
+    Act, Component, EventId, MaintenanceEvent, OperatorId, Plan, Position, SensorConfiguration, SetAsideReason,
+    TailNumber, Timestamp, Upload, UploadId, Warning,
 };
 
 use super::{Backend, Store, backend};
-use crate::{Addition, EventReceipt, Receipt, Released, Retrial, StoreError, TailConfiguration, Voiding};
+use crate::{Addition, EventReceipt, Receipt, Released, Retrial, StoreError, TailConfiguration, TailPlan, Voiding};
 
 impl Store {
     /// Stores an upload; returns once it is durable. [`StoreError::Overloaded`] when too many wait.
@@ -123,5 +123,27 @@ impl Store {
         tail: &TailNumber,
     ) -> Result<Vec<TailConfiguration>, StoreError> {
         backend!(self, sensor_configurations(operator, tail))
+    }
+
+    /// Sets the plan of a tail, unless the same is in force; returns the version that is in force then. What is on the tail
+    /// now waits for a prognosis by it. A plan without stretches withdraws the one before.
+    pub async fn set_plan(
+        &self,
+        operator: &OperatorId,
+        tail: &TailNumber,
+        plan: &Plan,
+        act: Act,
+    ) -> Result<TailPlan, StoreError> {
+        backend!(self, set_plan(operator, tail, plan, act))
+    }
+
+    /// The newest version of a tail's plan; `None` where none was ever set.
+    pub async fn plan(&self, operator: &OperatorId, tail: &TailNumber) -> Result<Option<TailPlan>, StoreError> {
+        backend!(self, plan(operator, tail))
+    }
+
+    /// All versions of a tail's plan, the oldest first.
+    pub async fn plans(&self, operator: &OperatorId, tail: &TailNumber) -> Result<Vec<TailPlan>, StoreError> {
+        backend!(self, plans(operator, tail))
     }
 }

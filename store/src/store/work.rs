@@ -28,6 +28,12 @@ impl Store {
         backend!(self, life_inputs(lease))
     }
 
+    /// What the results of the life that a component is in rest on, in the generation that answers, without what waits to
+    /// be estimated; `None` for an unknown component. Nothing can be written for it: that takes a lease.
+    pub async fn present_life(&self, component: &Component) -> Result<Option<LifeInputs>, StoreError> {
+        backend!(self, present_life(component))
+    }
+
     /// Tells whether a life of the leased component has inputs that were stored since the lease.
     pub async fn newer_input_waits(&self, lease: &Lease, overhaul_index: u32) -> Result<bool, StoreError> {
         backend!(self, newer_input_waits(lease, overhaul_index))

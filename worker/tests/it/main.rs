@@ -5,3 +5,4 @@ mod ending;
 mod lease;
 mod lesson;
 mod order;
+mod planning;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use domain::{Component, OperatorId, Position, Prognosis, TailNumber, Timestamp};
+use domain::{Component, OperatorId, Plan, Position, Prognosis, TailNumber, Timestamp};
 
 use super::super::{
     Engine,
@@ -14,7 +14,7 @@ use super::super::{
         endings,
         life::{LifeRow, life_columns},
     },
-    places::{installations::InstallationRow, tails, utilisation},
+    places::{installations::InstallationRow, plans, tails, utilisation},
     results::prognoses::PrognosisRow,
 };
 use super::hindrances;
@@ -96,11 +96,13 @@ impl Engine {
             .fetch_all(&mut *transaction)
             .await?;
         let utilisation = utilisation::of_tails(&mut transaction, operator, after, &last).await?;
+        let plans = plans::of_tails(&mut transaction, operator, after, &last).await?;
         let found_failed = endings::on_tails(&mut transaction, operator, after, &last).await?;
         let mut by_tail: BTreeMap<TailNumber, Vec<Installed>> = BTreeMap::new();
         for row in rows {
             let tail = parse(INSTALLATIONS, &row.place.tail)?;
-            let installed = row.installed(utilisation.get(&tail).copied(), &found_failed)?;
+            let flown = Flown::new(utilisation.get(&tail).copied(), plans.get(&tail).cloned());
+            let installed = row.installed(flown, &found_failed)?;
             by_tail.entry(tail).or_default().push(installed);
         }
         for tail in &mut fleet {
@@ -136,7 +138,7 @@ impl Engine {
             let (component, life) = (row.life.component()?, row.life.overhaul_index);
             let failed = endings::of_component(&mut transaction, &component).await?.remove(&life);
             let found_failed = failed.map(|hours| (component, hours)).into_iter().collect();
-            displaced.push(row.installed(None, &found_failed)?);
+            displaced.push(row.installed(Flown::default(), &found_failed)?);
         }
         // Several may have lost the same place.
         displaced.sort_by(|a, b| {
@@ -165,7 +167,10 @@ impl Engine {
         }
         let utilisation = utilisation::fh_per_day(&mut transaction, operator, tail).await?;
         let found_failed = endings::on_tails(&mut transaction, operator, tail.as_str(), tail.as_str()).await?;
-        let installed = rows.into_iter().map(|row| row.installed(utilisation, &found_failed));
+        let plan =
+            plans::newest(&mut transaction, operator, tail).await.transpose().map(plans::readable).transpose()?;
+        let flown = Flown::new(utilisation, plan);
+        let installed = rows.into_iter().map(|row| row.installed(flown.clone(), &found_failed));
         let mut installed = installed.collect::<Result<Vec<_>, _>>()?;
         hindrances::tell(&mut transaction, operator, (tail.as_str(), tail.as_str()), installed.iter_mut()).await?;
         Ok(installed)
@@ -186,6 +191,24 @@ struct InstalledRow {
     forecast_from_fh: Option<f64>,
 }
 
+/// How a tail flies, as far as it is known.
+#[derive(Clone, Default)]
+struct Flown {
+    utilisation_fh_per_day: Option<f64>,
+    plan: Plan,
+}
+
+impl Flown {
+    /// By its plan, if one was ever set; a damaged one may tell anything, so that nothing is known.
+    fn new(utilisation_fh_per_day: Option<f64>, plan: Option<Option<Plan>>) -> Self {
+        match plan {
+            None => Self { utilisation_fh_per_day, plan: Plan::default() },
+            Some(None) => Self::default(),
+            Some(Some(plan)) => Self { utilisation_fh_per_day, plan },
+        }
+    }
+}
+
 /// A component's life as far as it is known.
 #[derive(Default)]
 struct Judged {
@@ -196,11 +219,7 @@ struct Judged {
 }
 
 impl InstalledRow {
-    fn installed(
-        mut self,
-        utilisation: Option<f64>,
-        found_failed: &BTreeMap<Component, f64>,
-    ) -> Result<Installed, StoreError> {
+    fn installed(mut self, flown: Flown, found_failed: &BTreeMap<Component, f64>) -> Result<Installed, StoreError> {
         let (component, pointer) = (self.life.component()?, self.life.pointer());
         let judged = match self.judged(&component, found_failed) {
             Err(damage @ StoreError::Corrupt { .. }) => {
@@ -222,7 +241,8 @@ impl InstalledRow {
             pending_uploads: count("inbox", self.pending)?,
             set_aside: SetAsideUploads::default(),
             before_overhaul: 0,
-            utilisation_fh_per_day: utilisation,
+            utilisation_fh_per_day: flown.utilisation_fh_per_day,
+            plan: flown.plan,
             part_number: component.part_number,
             serial_number: component.serial_number,
         })

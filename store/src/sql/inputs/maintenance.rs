@@ -20,7 +20,7 @@ use super::super::{
     places::{movements, settling, tails, told},
     queue::revisions,
 };
-use super::overhauls;
+use super::{overhauls, plans};
 use crate::{EventReceipt, EventRecord, StoreError, Voiding};
 
 impl Engine {
@@ -114,8 +114,8 @@ impl Write for Void {
     }
 }
 
-/// Revokes a lease where an overhaul parts lives in another way, which makes worthless what a worker has read of them:
-/// then it is an input of the component, whose number is told.
+/// Revokes a lease where an event makes worthless what a worker has read of the component: an overhaul parts its lives in
+/// another way, which is an input of the component, whose number is told; a movement may bring it to another plan.
 async fn revoke_lease(
     connection: &mut Connection,
     component: &Component,
@@ -124,7 +124,8 @@ async fn revoke_lease(
 ) -> Result<Option<i64>, StoreError> {
     match event.kind {
         EventKind::Overhaul => revisions::revoke(connection, component, now).await.map(Some),
-        EventKind::Install | EventKind::Remove | EventKind::Finding(_) => Ok(None),
+        EventKind::Install | EventKind::Remove => plans::before_move(connection, component, now).await.map(|()| None),
+        EventKind::Finding(_) => Ok(None),
     }
 }
 

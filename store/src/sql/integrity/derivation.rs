@@ -111,13 +111,14 @@ fn hash_name(bytes: &[u8]) -> String {
 /// Compares an operator's audit log with what must be there since.
 async fn acts(connection: &mut Connection, operator: &OperatorId, found: &mut Verification) -> Result<(), StoreError> {
     let (mut uploads, mut events, mut tokens) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
-    let mut configurations = BTreeSet::new();
+    let (mut configurations, mut plans) = (BTreeSet::new(), BTreeSet::new());
     audit::each(connection, Some(operator), |record: AuditRecord| {
         match record.action {
             Action::UploadVoided => uploads.insert(record.subject),
             Action::EventVoided => events.insert(record.subject),
             Action::TokenCreated => tokens.insert(record.subject),
             Action::SensorConfigurationAdded => configurations.insert(record.subject),
+            Action::PlanSet => plans.insert(format!("{} at {}", record.subject, record.at.micros())),
             _ => false,
         };
     })
@@ -131,6 +132,7 @@ async fn acts(connection: &mut Connection, operator: &OperatorId, found: &mut Ve
             configurations,
             "select distinct tail from tail_sensor_configurations where operator = $1",
         ),
+        ("tail_plans", plans, "select tail || ' at ' || cast(set_at as text) from tail_plans where operator = $1"),
     ] {
         let known = names(connection, sql, operator).await?;
         missing(found, table, operator, &wanted, &known);

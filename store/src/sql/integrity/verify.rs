@@ -8,7 +8,7 @@ use super::super::{
     access::tokens,
     events::recorded,
     models::{bundles, priors},
-    places::sensor_configurations,
+    places::{plans, sensor_configurations},
     results::{checkpoints, estimates, prognoses, states},
     uploads::received,
 };
@@ -63,5 +63,6 @@ async fn sources(connection: &mut Connection, found: &mut Verification) -> Resul
     recorded::verify(connection, found).await?;
     sealing::verify_sources(connection, found).await?;
     sensor_configurations::verify_all(connection, found).await?;
+    plans::verify_all(connection, found).await?;
     tokens::verify_all(connection, found).await
 }

@@ -18,6 +18,11 @@ impl Overhauls {
         self.0.partition_point(|overhaul| *overhaul < (flight_hours, at.micros())) as i64
     }
 
+    /// The life that the component is in.
+    pub(crate) fn newest_life(&self) -> i64 {
+        self.0.len() as i64
+    }
+
     /// The component's hours since new at which a life began.
     pub(crate) fn began_fh(&self, overhaul_index: i64) -> f64 {
         let before = usize::try_from(overhaul_index - 1).ok();

@@ -1,7 +1,7 @@
 //! Places of components: tails, the two layers that tell of places (movements of events, sightings of uploads), and the
-//! installations that follow from both; how a tail's sensors sit and how much it flies.
+//! installations that follow from both; how a tail's sensors sit, how much it flies and what is planned for it.
 //!
-//! *Uses:* the ground, uploads, events. *Update rule:* all but sensor configurations follows from uploads and events
+//! *Uses:* the ground, uploads, events. *Update rule:* all but sensor configurations and plans follows from uploads and events
 //! that are not voided, and can be made anew from them.
 
 pub(super) mod contradictions;
@@ -9,6 +9,7 @@ pub(super) mod installations;
 pub(super) mod movements;
 pub(super) mod names;
 pub(super) mod observed;
+pub(super) mod plans;
 pub(super) mod sensor_configurations;
 pub(super) mod settling;
 pub(super) mod sightings;

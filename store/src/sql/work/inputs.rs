@@ -11,7 +11,7 @@ use super::super::{
         order::{self, Overhauls},
         waiting::{self, Waiting},
     },
-    places::sensor_configurations,
+    places::{plans, sensor_configurations, utilisation},
     queue::revisions,
     results::{
         estimates::{self, EstimateRange},
@@ -19,7 +19,7 @@ use super::super::{
     },
     uploads::{received, retried},
 };
-use crate::{Lease, LifeInputs, StoreError};
+use crate::{Lease, LifeInputs, Planned, StoreError};
 
 impl Engine {
     pub(crate) async fn life_inputs(&self, lease: &Lease) -> Result<Vec<LifeInputs>, StoreError> {
@@ -32,6 +32,17 @@ impl Engine {
             inputs.push(inputs_of(&mut transaction, component, life, &overhauls).await?);
         }
         Ok(inputs)
+    }
+
+    /// What the results of the life that a component is in rest on, in the generation that answers, without what waits.
+    pub(crate) async fn present_life(&self, component: &Component) -> Result<Option<LifeInputs>, StoreError> {
+        const EVER: i64 = -1;
+        let mut transaction = self.read(&component.operator).await?;
+        let Some(mut life) = waiting::since(&mut transaction, component, EVER).await?.pop() else { return Ok(None) };
+        life.pointer.generation = life.answering;
+        let overhauls = order::of_component(&mut transaction, component).await?;
+        let inputs = inputs_of(&mut transaction, component, life, &overhauls).await?;
+        Ok(Some(LifeInputs { unestimated: Vec::new(), ..inputs }))
     }
 
     pub(crate) async fn newer_input_waits(&self, lease: &Lease, overhaul_index: u32) -> Result<bool, StoreError> {
@@ -70,5 +81,19 @@ async fn inputs_of(
         unestimated: sensor_configurations::in_force(connection, &component.operator, unestimated).await?,
         estimates,
         states: states::of_life(connection, component, pointer, StateRange::ALL).await?,
+        planned: match pointer.overhaul_index == overhauls.newest_life() {
+            true => planned(connection, component).await?,
+            false => None,
+        },
     })
+}
+
+/// What is planned for the tail that a component is on.
+async fn planned(connection: &mut Connection, component: &Component) -> Result<Option<Planned>, StoreError> {
+    let operator = &component.operator;
+    let Some(tail) = plans::tail_of(connection, component).await? else { return Ok(None) };
+    let newest = plans::newest(connection, operator, &tail).await?;
+    let Some(newest) = newest.filter(|newest| !newest.plan.is_empty()) else { return Ok(None) };
+    let utilisation_fh_per_day = utilisation::fh_per_day(connection, operator, &tail).await?;
+    Ok(Some(Planned { plan: newest.plan, utilisation_fh_per_day }))
 }

@@ -15,6 +15,7 @@ mod maintenance;
 mod models;
 mod order;
 mod own_diagnoses;
+mod plans;
 mod priors;
 mod queue;
 mod rebuild;

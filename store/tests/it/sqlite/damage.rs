@@ -28,6 +28,9 @@ async fn a_damaged_row_is_named_and_never_served() {
         ("masks", "update masks set k_nom = 0.0753"),
         ("sensor_configurations", "update sensor_configurations set body = replace(body, '0.25', '0.26')"),
         ("tail_sensor_configurations", "update tail_sensor_configurations set effective_from = effective_from - 1"),
+        ("tail_plans", "update tail_plans set body = replace(body, '1.25', '1.26')"),
+        ("tail_plans", "update tail_plans set set_by = 'service'"),
+        ("tail_plans", "update tail_plans set set_at = set_at - 1"),
         ("bundles", "update bundles set summary = replace(summary, '0.0752', '0.0753')"),
     ] {
         let database = with_history().await;

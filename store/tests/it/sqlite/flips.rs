@@ -33,6 +33,7 @@ async fn answers(store: &Store) -> Result<String, StoreError> {
     for name in TAILS {
         say(&store.installed(&operator, &tail(name)).await?);
         say(&store.sensor_configurations(&operator, &tail(name)).await?);
+        say(&store.plans(&operator, &tail(name)).await?);
     }
     for state in UPLOADS {
         say(&store.uploads(&operator, state, None, 100).await?);

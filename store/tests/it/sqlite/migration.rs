@@ -1,12 +1,12 @@
 //! Databases of earlier schemas.
 
-use domain::{Finding, SetAsideReason};
+use domain::{Finding, Plan, SetAsideReason};
 use sqlx::{Connection, Executor, SqliteConnection, migrate::Migrator, sqlite::SqliteConnectOptions};
 use std::{fs, path::Path};
 use store::{EventReceipt, Retrial, UploadState};
 
 use super::{Served, execute, served, with_history};
-use crate::fixture::{Backend, Database, by_hand, day, drain, finding, operator, prior, tail, upload};
+use crate::fixture::{Backend, Database, by_hand, day, drain, finding, operator, plan, prior, tail, upload};
 
 /// A database as a build that knew only some first migrations left it, with rows that `copies` take out of
 /// a later one.
@@ -70,12 +70,14 @@ async fn of_second_schema(history: &Database) -> Database {
     of_schema(&migrations, history, &[UNCHANGED.as_slice(), &added].concat()).await
 }
 
-/// Takes back what a build of the second schema does not know: the finding and the prior.
+/// Takes back what a build of the second schema does not know: the finding, the prior and the plan.
 fn without_learning(served: Served) -> Served {
     let mut served = Served { events: Vec::new(), finished: Vec::new(), priors: Vec::new(), prior: None, ..served };
     served.component.iter_mut().flat_map(|one| &mut one.lives).for_each(|life| life.found_failed_fh = None);
-    served.installed.iter_mut().for_each(|one| one.found_failed_fh = None);
-    served
+    for one in &mut served.installed {
+        (one.found_failed_fh, one.plan) = (None, Plan::default());
+    }
+    Served { plans: Vec::new(), ..served }
 }
 
 #[tokio::test]
@@ -118,6 +120,7 @@ async fn a_database_of_the_second_schema_keeps_its_answers_and_its_issued_foreca
     assert_eq!(without_learning(served(&store).await.unwrap()), without_learning(expected.clone()));
     assert_eq!(store.record_event(&operator(), &event, day(0.0)).await.unwrap(), EventReceipt::Recorded);
     store.add_prior(&operator(), &prior("learned", 10, 0.0), b"learned").await.unwrap();
+    store.set_plan(&operator(), &tail("EC-MXA"), &plan(4.0), by_hand(0.0)).await.unwrap();
     assert_eq!(served(&store).await.unwrap(), expected);
 }
 

@@ -10,8 +10,8 @@ mod opening;
 mod writing;
 
 use crate::fixture::{
-    self, Backend, Database, by_hand, component, configuration, day, drain, finding, later_upload, operator, prior,
-    tail, token,
+    self, Backend, Database, by_hand, component, configuration, day, drain, finding, later_upload, operator, plan,
+    prior, tail, token,
 };
 use domain::{Actor, ContentHash, Finding};
 use sqlx::{Connection, Executor, SqliteConnection, sqlite::SqliteConnectOptions};
@@ -50,6 +50,7 @@ async fn with_history() -> Database {
     }
     let configuration = configuration(0.25);
     store.add_sensor_configuration(&operator(), &tail("EC-MXA"), day(2.0), &configuration, by_hand(0.0)).await.unwrap();
+    store.set_plan(&operator(), &tail("EC-MXA"), &plan(4.0), by_hand(0.0)).await.unwrap();
     drain(&store).await;
     let event = finding("end", "0001", Finding::Failed, 1000.0);
     store.record_event(&operator(), &event, day(0.0)).await.unwrap();
@@ -68,6 +69,7 @@ struct Served {
     mask: Option<store::PublishedMask>,
     bundles: Vec<store::BundleRecord>,
     configurations: Vec<store::TailConfiguration>,
+    plans: Vec<store::TailPlan>,
     component: Option<store::ComponentRecord>,
     events: Vec<store::EventRecord>,
     finished: Vec<store::IssuedLife>,
@@ -89,6 +91,7 @@ async fn served(store: &Store) -> Result<Served, StoreError> {
         mask: store.mask(&fixture::mask().id()).await?,
         bundles: store.bundles().await?,
         configurations: store.sensor_configurations(&operator(), &tail("EC-MXA")).await?,
+        plans: store.plans(&operator(), &tail("EC-MXA")).await?,
         component: store.component(&component("0001")).await?,
         events: store.events(&component("0001")).await?,
         finished: store.issued_on_finished_lives(&operator(), 200.0, 10).await?,
