@@ -13,7 +13,7 @@ use std::{
 };
 
 use crate::fixture::{
-    self, bundle, bundle_body, by_hand, configuration, day, drain, fail, finding, later_upload, prior, tail,
+    self, bundle, bundle_body, by_hand, configuration, day, drain, fail, finding, later_upload, plan, prior, tail,
 };
 use domain::{Actor, EventKind, Finding, MaintenanceEvent, OperatorId, Upload, UploadStateKind};
 use serde_json::Value;
@@ -39,6 +39,7 @@ async fn live(store: &Store, operator: &OperatorId) {
         .add_sensor_configuration(operator, &tail("EC-MXA"), day(2.0), &configuration(0.25), by_hand(0.0))
         .await
         .unwrap();
+    store.set_plan(operator, &tail("EC-MXA"), &plan(4.0), by_hand(0.0)).await.unwrap();
     drain(store).await;
     store.void_upload(operator, &known(3), by_hand(1.0)).await.unwrap();
     store.retry_upload(operator, &known(11), by_hand(1.0)).await.unwrap();
@@ -50,6 +51,8 @@ async fn live(store: &Store, operator: &OperatorId) {
         ..finding("mistake", component.serial_number.as_str(), Finding::Failed, 500.0)
     };
     store.record_event(operator, &mistaken, day(0.0)).await.unwrap();
+    let second = finding("second", component.serial_number.as_str(), Finding::Failed, 1100.0);
+    store.record_event(operator, &second, day(0.0)).await.unwrap();
     store.void_event(operator, &mistaken.event_id, by_hand(0.0)).await.unwrap();
     store.add_prior(operator, &prior(operator.as_str(), 10, 0.0), operator.as_str().as_bytes()).await.unwrap();
     let (_, token) = fixture::token(operator, operator.as_str().as_bytes()[0]);
@@ -68,7 +71,7 @@ async fn live(store: &Store, operator: &OperatorId) {
     assert!(store.component(&component).await.unwrap().is_some());
     assert!(!store.estimates(&component, None, None, None, None, 100).await.unwrap().is_empty());
     assert!(!store.states(&component, None, None, None, None, 100).await.unwrap().is_empty());
-    assert_eq!(store.events(&component).await.unwrap().len(), 2);
+    assert_eq!(store.events(&component).await.unwrap().len(), 3);
     assert!(store.event(operator, &mistaken.event_id).await.unwrap().is_some());
     assert_eq!(store.issued_on_finished_lives(operator, 200.0, 10).await.unwrap().len(), 1);
     let finished = store.finished_lives(operator, &component.part_number, &bundle("one").hash).await.unwrap();
@@ -76,6 +79,8 @@ async fn live(store: &Store, operator: &OperatorId) {
     assert_eq!(store.priors(operator).await.unwrap().len(), 1);
     store.prior_body(operator, &prior(operator.as_str(), 10, 0.0).hash).await.unwrap().unwrap();
     store.sensor_configurations(operator, &tail("EC-MXA")).await.unwrap();
+    assert_eq!(store.plans(operator, &tail("EC-MXA")).await.unwrap().len(), 1);
+    store.plan(operator, &tail("EC-MXA")).await.unwrap().unwrap();
     assert_eq!(store.tokens(operator).await.unwrap().len(), 1);
     store.audit(Some(operator), 0, 10).await.unwrap();
     store.checkpoint(&component, 0, 1, &[(1, bundle("one").hash)]).await.unwrap();
@@ -85,21 +90,34 @@ async fn live(store: &Store, operator: &OperatorId) {
     store.work_figures().await.unwrap();
 }
 
-/// Makes the things of an operator others than those of the same names.
+/// Makes the things of an operator others than those of the same names: in a further life, moved, voided, planned, named
+/// otherwise or under way.
 async fn live_on(store: &Store, operator: &OperatorId) {
     let upload = |name: &str, hours| Upload { tail: tail("EC-MXA"), ..later_upload(name, "unit", hours) };
-    let overhaul =
-        MaintenanceEvent { kind: EventKind::Overhaul, ..finding("overhaul", "unit", Finding::Serviceable, 45.0) };
-    store.record_event(operator, &overhaul, day(0.0)).await.unwrap();
+    let event = |name: &str, kind, hours| MaintenanceEvent { kind, ..finding(name, "unit", Finding::Failed, hours) };
+    for event in [
+        event("overhaul", EventKind::Overhaul, 165.0),
+        event("installed", EventKind::Install, 100.0),
+        event("removed", EventKind::Remove, 130.0),
+        event("again", EventKind::Install, 131.0),
+    ] {
+        store.record_event(operator, &event, day(0.0)).await.unwrap();
+    }
+    store.void_event(operator, &"second".parse().unwrap(), by_hand(2.0)).await.unwrap();
+    store.void_upload(operator, &upload("upload-5", 50.0).upload_id, by_hand(2.0)).await.unwrap();
     store
         .add_sensor_configuration(operator, &tail("EC-MXA"), day(3.0), &configuration(0.5), by_hand(0.0))
         .await
         .unwrap();
-    for (name, hours) in [("more", 130.0), ("implausible", 9000.0)] {
-        store.accept(operator, upload(name, hours), day(0.0)).await.unwrap();
-    }
+    store.set_plan(operator, &tail("EC-MXA"), &plan(5.0), by_hand(0.0)).await.unwrap();
+    store.add_prior(operator, &prior("later", 10, 5.0), b"later").await.unwrap();
+    store.accept(operator, upload("more", 130.0), day(0.0)).await.unwrap();
+    let alike =
+        Upload { serial_number: "UNIT".parse().unwrap(), position: "ail-l".parse().unwrap(), ..upload("alike", 0.0) };
+    store.accept(operator, alike, day(0.0)).await.unwrap();
     drain(store).await;
     store.accept(operator, upload("waiting", 140.0), day(0.0)).await.unwrap();
+    fixture::lease(store).await;
 }
 
 /// A statement with the parameters that it was sent with.
