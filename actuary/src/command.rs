@@ -18,4 +18,5 @@ pub mod simulate;
 pub mod token;
 pub mod train;
 pub mod verify;
+pub mod what_if;
 pub mod worker;

@@ -11,6 +11,7 @@ mod environment;
 mod exit;
 mod files;
 mod flights;
+mod forecaster;
 mod health;
 mod hindsight;
 mod http;
@@ -31,7 +32,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::command::{
     backtest, backup, demo, diagnose, due, healthcheck, loads, migrate, model, rebuild, restore, serve, simulate,
-    token, train, verify, worker,
+    token, train, verify, what_if, worker,
 };
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
@@ -60,6 +61,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Token(token::Arguments),
     Verify(verify::Arguments),
+    WhatIf(what_if::Arguments),
     Worker(worker::Arguments),
 }
 
@@ -82,6 +84,7 @@ fn main() -> ExitCode {
         Command::Train(arguments) => train::run(arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Due(arguments) => due::run(&arguments),
+        Command::WhatIf(arguments) => what_if::run(&arguments),
         Command::Healthcheck(arguments) => healthcheck::run(&arguments),
         Command::Loads(arguments) => loads::run(&arguments),
         Command::Migrate(arguments) => migrate::run(&arguments),

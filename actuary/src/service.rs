@@ -15,6 +15,7 @@ use crate::{
     default_model,
     door::{Door, heed_hangups},
     exit::Failure,
+    forecaster::WhatIf,
     interrupt::{hangups, interrupted},
     say::say,
     scorer::IssuedScorer,
@@ -120,6 +121,7 @@ impl Service {
                 hosts: api.door.hosts.clone(),
                 max_connections: api.door.max_connections.get(),
                 scorer: Arc::new(IssuedScorer),
+                forecaster: Arc::new(WhatIf::new(store.clone(), clock.clone())),
                 metrics: metrics.clone(),
             };
             let stopped = shutdown.clone().cancelled_owned();

@@ -2,6 +2,7 @@
 
 mod due;
 mod tokens;
+mod what_if;
 
 use std::fmt::Write as _;
 
@@ -10,6 +11,7 @@ use proto::answer::RulAnswer;
 
 pub use due::due;
 pub use tokens::tokens;
+pub use what_if::what_if;
 
 /// A table of prognoses, worst first, with a heading.
 pub fn fleet(prognoses: &[RulAnswer]) -> String {

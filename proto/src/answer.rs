@@ -7,12 +7,16 @@ mod due;
 mod health;
 mod model;
 mod page;
+mod plan;
 mod rul;
 mod tail;
+mod what_if;
 
 pub use due::{DueAnswer, DueItem, DueTotals, LatestSafe};
 pub use health::{FaultEstimate, HealthItem, Outcome, StateItem};
 pub use model::{MaskAnswer, ModelItem};
 pub use page::Page;
+pub use plan::{PlanAnswer, PlannedItem};
 pub use rul::{EndOfLife, FailureProbability, Fault, FaultsByName, MonteCarlo, RulAnswer, RulQuantiles};
 pub use tail::{DisplacedItem, PositionItem, TailAnswer, TailItem};
+pub use what_if::{AskedProbability, WhatIfAnswer};

@@ -5,8 +5,12 @@ mod due;
 mod explanation;
 mod field_path;
 mod history;
+mod plan;
 mod upload;
 mod warning;
+mod what_if;
 
 pub use field_path::field_path;
+pub use plan::{from_plan, into_plan};
 pub use upload::{from_upload, into_upload};
+pub use what_if::into_assumption;

@@ -3,15 +3,18 @@
 mod component;
 mod maintenance;
 mod parse;
+mod plan;
 mod problem;
 mod scoreboard;
 mod sensor_configuration;
 mod upload;
 mod warning;
+mod what_if;
 
 pub use component::{ComponentBody, ContradictionItem, GenerationItem, InstallationItem, LifeBeginning, LifeItem};
 pub use maintenance::{EventItem, MaintenanceAck, MaintenanceBody, MaintenanceKind, MaintenanceStatus};
 pub use parse::{BodyError, parse};
+pub use plan::{PlanBody, StretchBody};
 pub use problem::{FieldError, Problem};
 pub use scoreboard::ScoreboardBody;
 pub use sensor_configuration::{
@@ -20,3 +23,4 @@ pub use sensor_configuration::{
 };
 pub use upload::{Ingested, LineResult, RetryAck, RetryBody, UploadAck, UploadBody, UploadStatusBody};
 pub use warning::WarningItem;
+pub use what_if::WhatIfBody;

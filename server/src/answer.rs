@@ -1,8 +1,8 @@
 //! Answers, assembled once for REST, gRPC and the pages.
 
 use domain::{
-    ADVISORY, AsOf, Component, ContentHash, Ensemble, FaultModel, OperatorId, Position, RulDistribution, Status,
-    TailNumber,
+    ADVISORY, AsOf, Component, ContentHash, Ensemble, FaultModel, OperatorId, Position, RulDistribution, Schedule,
+    Status, TailNumber, UtilisationSource,
 };
 use proto::answer::{
     EndOfLife, FailureProbability, Fault, MaskAnswer, ModelItem, MonteCarlo, Page, RulAnswer, RulQuantiles, TailAnswer,
@@ -21,6 +21,11 @@ pub const CODE_VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The remaining life of an installed component as it reads now.
 pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> RulAnswer {
+    rul_by(state, installed, within_fh, None)
+}
+
+/// The same by other flight hours per day than those of its tail.
+pub fn rul_by(state: &State, installed: &Installed, within_fh: Option<&[f64]>, flown: Option<&Schedule>) -> RulAnswer {
     let prognosis = installed.prognosis.as_ref();
     let forecast = prognosis.and_then(|prognosis| prognosis.forecast.as_ref().ok());
     let distribution = forecast.map(|forecast| &forecast.rul);
@@ -41,7 +46,7 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         probability_of_failure: distribution
             .map(|rul| within_fh.iter().map(|&hours| FailureProbability::new(rul, hours)).collect()),
         end_of_life: prognosis.zip(distribution).and_then(|(prognosis, rul)| {
-            installed.utilisation_fh_per_day.and_then(|fh_per_day| end_of_life(&prognosis.as_of, rul, fh_per_day))
+            end_of_life(rul, &flown.cloned().unwrap_or_else(|| schedule(installed, &prognosis.as_of)))
         }),
         fault_vector: forecast.map(|forecast| Fault::by_name(&forecast.faults)),
         dominant_fault: forecast.map(|forecast| forecast.dominant_fault.clone()),
@@ -49,6 +54,7 @@ pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> R
         explanation: forecast.map(|forecast| forecast.explanation.clone()),
         doubts: forecast.map(|forecast| forecast.doubts.clone()),
         load: prognosis.and_then(|prognosis| prognosis.load.clone()),
+        pace: forecast.and_then(|forecast| forecast.pace.clone()),
         propagation: forecast.map(|forecast| forecast.propagation.clone()),
         monte_carlo: forecast.map(|forecast| MonteCarlo {
             draws: forecast.rul.draws(),
@@ -117,22 +123,35 @@ fn before_overhaul(installed: &Installed) -> String {
     }
 }
 
-/// Dates at which quantiles of remaining life are flown; `None` for a tail that does not fly.
-fn end_of_life(as_of: &AsOf, rul: &RulDistribution, fh_per_day: f64) -> Option<EndOfLife> {
-    let date = |level: f64| date_after(as_of, rul.quantile_fh(level)?, fh_per_day);
-    (fh_per_day > 0.0).then(|| EndOfLife {
-        date_p10: date(0.10),
-        date_p50: date(0.50),
-        date_p90: date(0.90),
-        utilisation_fh_per_day: fh_per_day,
+/// Flight hours per day of the tail from the newest data on.
+pub fn schedule(installed: &Installed, as_of: &AsOf) -> Schedule {
+    installed.plan.schedule(as_of.recorded_at, installed.utilisation_fh_per_day)
+}
+
+/// Dates at which quantiles of remaining life are flown; `None` for a tail that does not fly, as far as is known.
+pub fn end_of_life(rul: &RulDistribution, schedule: &Schedule) -> Option<EndOfLife> {
+    let quantiles = [0.10, 0.50, 0.90].map(|level| rul.quantile_fh(level));
+    let [date_p10, date_p50, date_p90] = quantiles.map(|hours| date_after(schedule, hours?));
+    let first = quantiles.into_iter().flatten().next();
+    let fh_per_day = match schedule.source() {
+        UtilisationSource::Plan => first.and_then(|hours| schedule.mean_fh_per_day(hours)),
+        UtilisationSource::Learned | UtilisationSource::Assumed => None,
+    };
+    let fh_per_day = fh_per_day.or(schedule.fh_per_day_at_first());
+    fh_per_day.filter(|fh_per_day| *fh_per_day > 0.0).map(|utilisation_fh_per_day| EndOfLife {
+        date_p10,
+        date_p50,
+        date_p90,
+        utilisation_fh_per_day,
+        utilisation_source: schedule.source(),
     })
 }
 
-/// The date on which flight hours from the newest data are flown.
-pub fn date_after(as_of: &AsOf, hours: f64, fh_per_day: f64) -> Option<String> {
-    let days = hours / fh_per_day;
-    let time = (days <= MAX_DAYS).then(|| as_of.recorded_at.plus_hours(days * 24.0).to_string())?;
-    Some(time.split('T').next()?.to_owned())
+/// The date on which flight hours are flown.
+pub fn date_after(schedule: &Schedule, hours: f64) -> Option<String> {
+    let time = schedule.time_after(hours)?;
+    let soon = time.hours_since(schedule.begin()) <= 24.0 * MAX_DAYS;
+    soon.then(|| time.to_string())?.split('T').next().map(str::to_owned)
 }
 
 /// The component that is installed at a position.

@@ -30,6 +30,7 @@ use crate::{
     refusal::{Refusal, is_grpc},
     request_id, rest,
     state::{Context, Shared, State},
+    what_if,
 };
 
 /// Longest time until a REST answer begins.
@@ -43,6 +44,7 @@ pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> 
         state,
         budget: Budget::default(),
         turn: Semaphore::new(1),
+        what_ifs: Arc::new(Semaphore::new(what_if::AT_ONCE)),
         masks: Masks::default(),
         in_service: InService::default(),
         stopping,

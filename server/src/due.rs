@@ -270,11 +270,13 @@ fn why_unknown(state: &State, installed: &Installed, status: Status, threshold: 
 fn latest_safe(installed: &Installed, rul: &RulDistribution, threshold: Threshold) -> Option<LatestSafe> {
     let as_of = &installed.prognosis.as_ref()?.as_of;
     let remaining_fh = rul.quantile_fh(threshold.risk).map_or(threshold.within_fh, |fh| fh.min(threshold.within_fh));
-    let fh_per_day = installed.utilisation_fh_per_day.filter(|fh_per_day| *fh_per_day > 0.0);
+    let schedule = answer::schedule(installed, as_of);
+    let date = answer::date_after(&schedule, remaining_fh);
     Some(LatestSafe {
         remaining_fh,
         flight_hours: as_of.flight_hours + remaining_fh,
-        date: fh_per_day.and_then(|fh_per_day| answer::date_after(as_of, remaining_fh, fh_per_day)),
+        utilisation_source: date.is_some().then(|| schedule.source()),
+        date,
     })
 }
 

@@ -12,6 +12,7 @@ mod problems;
 mod reasons;
 mod record;
 mod scoreboard;
+mod what_if;
 mod words;
 
 use askama::Template;

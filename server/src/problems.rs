@@ -27,6 +27,10 @@ pub struct Uploading;
 pub struct Dating;
 /// The problems of a route that takes a maintenance event.
 pub struct Reporting;
+/// The problems of a route that takes a plan.
+pub struct Planning;
+/// The problems of a route that is asked what would be.
+pub struct Asking;
 /// The problems of a route that changes what became of something.
 pub struct Action;
 /// The problems of a route that changes what became of many things.
@@ -86,6 +90,40 @@ impl IntoResponses for Reporting {
             too_large(),
             other_type(),
             Refusal::Invalid(Invalid::one("#/outcome", "missing: a finding is \"failed\" or \"serviceable\"")),
+            unavailable(),
+            Refusal::Internal,
+        ])
+    }
+}
+
+impl IntoResponses for Planning {
+    fn responses() -> Responses {
+        documented([
+            malformed("#/stretches/0/load"),
+            not_found(),
+            Refusal::Interrupted,
+            too_large(),
+            other_type(),
+            Refusal::Invalid(Invalid::one(
+                "#/stretches/0/utilisation_fh_per_day",
+                "30 is not above 0 and at most 24 flight hours a day",
+            )),
+            unavailable(),
+            Refusal::Internal,
+        ])
+    }
+}
+
+impl IntoResponses for Asking {
+    fn responses() -> Responses {
+        documented([
+            malformed("#/load_factor"),
+            not_found(),
+            Refusal::Interrupted,
+            Refusal::Contradiction("there is no forecast for position AIL-L of tail EC-MXA yet".to_owned()),
+            too_large(),
+            other_type(),
+            Refusal::Invalid(Invalid::one("#/load_factor", "100 is outside 0.1 to 10 times")),
             unavailable(),
             Refusal::Internal,
         ])

@@ -6,12 +6,14 @@ mod due;
 mod health;
 mod maintenance;
 mod models;
+mod plan;
 mod probes;
 mod scoreboard;
 mod sensor_configurations;
 mod tails;
 mod upload_status;
 mod uploads;
+mod what_if;
 
 use domain::Permission;
 use proto::json::Problem;
@@ -35,7 +37,7 @@ struct Document;
 
 /// The routes with their documentation, and what they ask of their callers.
 pub fn router() -> Guarded {
-    use Permission::{Configure, Correct, Maintain, Read, ReadModels, ReadUpload, Upload};
+    use Permission::{Configure, Correct, Maintain, Plan, Read, ReadModels, ReadUpload, Upload};
     Guarded::new(Document::openapi())
         .guarded(Upload, routes!(uploads::post))
         .guarded(Read, routes!(upload_status::list))
@@ -54,6 +56,9 @@ pub fn router() -> Guarded {
         .guarded(Maintain, routes!(maintenance::void))
         .guarded(Read, routes!(sensor_configurations::list))
         .guarded(Configure, routes!(sensor_configurations::post))
+        .guarded(Read, routes!(plan::get))
+        .guarded(Plan, routes!(plan::put))
+        .guarded(Read, routes!(what_if::post))
         .guarded(Read, routes!(components::get))
         .guarded(Read, routes!(health::of_component))
         .guarded(ReadModels, routes!(models::list))

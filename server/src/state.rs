@@ -7,7 +7,10 @@ use store::Store;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
-use crate::{auth::HostName, in_service::InService, intake::Budget, masks::Masks, prometheus::Metrics, scorer::Scorer};
+use crate::{
+    auth::HostName, forecaster::Forecaster, in_service::InService, intake::Budget, masks::Masks, prometheus::Metrics,
+    scorer::Scorer,
+};
 
 /// Tells the present.
 pub type Clock = Arc<dyn Fn() -> Timestamp + Send + Sync>;
@@ -29,6 +32,8 @@ pub struct State {
     pub max_connections: usize,
     /// Judges the forecasts of lives that have finished.
     pub scorer: Arc<dyn Scorer>,
+    /// Forecasts what is only asked about.
+    pub forecaster: Arc<dyn Forecaster>,
     /// The figures on `/metrics`.
     pub metrics: Metrics,
 }
@@ -46,6 +51,8 @@ pub struct Context {
     /// Held while an item of a sequence is read: sequences take turns, so that however many come in at once, one of them at
     /// a time keeps others from a thread.
     pub turn: Semaphore,
+    /// Places for forecasts that are only asked about.
+    pub what_ifs: Arc<Semaphore>,
     /// Masks that were read before.
     pub masks: Masks,
     /// The bundle by which new lives are judged.

@@ -1,6 +1,6 @@
 //! Which components are due, as told.
 
-use domain::{AsOf, Doubt, Status};
+use domain::{AsOf, Doubt, Status, UtilisationSource};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -105,4 +105,7 @@ pub struct LatestSafe {
     /// where that is not known.
     #[schema(required, format = "date", example = "2026-05-11")]
     pub date: Option<String>,
+    /// Where the utilisation comes from; null where it is not known.
+    #[schema(required)]
+    pub utilisation_source: Option<UtilisationSource>,
 }

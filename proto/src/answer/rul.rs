@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use domain::{AsOf, Doubt, Ensemble, Explanation, FaultTrend, HingeLoad, Propagation, RulDistribution, Status};
+use domain::{
+    AsOf, Doubt, Ensemble, Explanation, FaultTrend, HingeLoad, Pace, Propagation, RulDistribution, Status,
+    UtilisationSource,
+};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -69,6 +72,10 @@ pub struct RulAnswer {
     /// The actuator's load in the newest data that tells it.
     #[schema(required)]
     pub load: Option<HingeLoad>,
+    /// How fast it wears by its load and temperature; null where nobody knows what they do.
+    #[schema(required)]
+    #[serde(default)]
+    pub pace: Option<Pace>,
     /// The refitted propagation model.
     #[schema(required)]
     pub propagation: Option<Propagation>,
@@ -179,8 +186,10 @@ pub struct EndOfLife {
     /// From the 90 % quantile.
     #[schema(required, format = "date")]
     pub date_p90: Option<String>,
-    /// Flight hours a day over the tail's last 90 days.
+    /// Flight hours a day: over the tail's last 90 days, or by its plan, on average until the first of the dates.
     pub utilisation_fh_per_day: f64,
+    /// Where they come from.
+    pub utilisation_source: UtilisationSource,
 }
 
 /// Filtered faults by name.

@@ -1,6 +1,6 @@
 //! Answers in protobuf's words.
 
-use domain::{AsOf, HingeLoad, LoadSource, Propagation, Status};
+use domain::{AsOf, HingeLoad, LoadSource, Pace, Propagation, Status, UtilisationSource};
 
 use super::upload::timestamp;
 use crate::{answer, v1};
@@ -52,6 +52,7 @@ impl From<answer::RulAnswer> for v1::Rul {
             found_failed_fh: body.found_failed_fh,
             set_aside_uploads: body.set_aside_uploads,
             estimator: body.estimator.map(Into::into),
+            pace: body.pace.map(Into::into),
         }
     }
 }
@@ -86,8 +87,41 @@ impl From<answer::FailureProbability> for v1::FailureProbability {
 
 impl From<answer::EndOfLife> for v1::EndOfLife {
     fn from(end: answer::EndOfLife) -> Self {
-        let answer::EndOfLife { date_p10, date_p50, date_p90, utilisation_fh_per_day } = end;
-        Self { date_p10, date_p50, date_p90, utilisation_fh_per_day }
+        let answer::EndOfLife { date_p10, date_p50, date_p90, utilisation_fh_per_day, utilisation_source } = end;
+        let utilisation_source = v1::UtilisationSource::told(Some(utilisation_source));
+        Self { date_p10, date_p50, date_p90, utilisation_fh_per_day, utilisation_source }
+    }
+}
+
+impl v1::UtilisationSource {
+    /// The number of a source, or of none.
+    pub(super) fn told(source: Option<UtilisationSource>) -> i32 {
+        let source = match source {
+            None => Self::Unspecified,
+            Some(UtilisationSource::Learned) => Self::Learned,
+            Some(UtilisationSource::Plan) => Self::Plan,
+            Some(UtilisationSource::Assumed) => Self::Assumed,
+        };
+        source.into()
+    }
+}
+
+impl From<Pace> for v1::Pace {
+    fn from(pace: Pace) -> Self {
+        Self {
+            now: pace.now,
+            last_200_fh: pace.last_200_fh,
+            exponent: pace.exponent,
+            exponent_sigma: pace.exponent_sigma,
+            temperature_coefficient: pace.temperature_coefficient,
+            temperature_coefficient_sigma: pace.temperature_coefficient_sigma,
+            known_share: pace.known_share,
+            motor_share: pace.motor_share,
+            clamped_share: pace.clamped_share,
+            load: pace.load,
+            temperature: pace.temperature,
+            seen_loads: pace.seen_loads.map(|[least, greatest]| v1::SeenLoads { least, greatest }),
+        }
     }
 }
 

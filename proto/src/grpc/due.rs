@@ -40,7 +40,8 @@ impl From<answer::DueItem> for v1::DueItem {
 
 impl From<answer::LatestSafe> for v1::LatestSafe {
     fn from(safe: answer::LatestSafe) -> Self {
-        let answer::LatestSafe { remaining_fh, flight_hours, date } = safe;
-        Self { remaining_fh, flight_hours, date }
+        let answer::LatestSafe { remaining_fh, flight_hours, date, utilisation_source } = safe;
+        let utilisation_source = v1::UtilisationSource::told(utilisation_source);
+        Self { remaining_fh, flight_hours, date, utilisation_source }
     }
 }

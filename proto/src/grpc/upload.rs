@@ -60,7 +60,7 @@ fn required(invalid: &mut Invalid, pointer: &str, value: Option<f64>) -> Option<
 }
 
 /// To the microsecond, rounded down like a fraction of a second that is cut.
-fn time(invalid: &mut Invalid, pointer: &str, time: Option<prost_types::Timestamp>) -> Option<Timestamp> {
+pub(super) fn time(invalid: &mut Invalid, pointer: &str, time: Option<prost_types::Timestamp>) -> Option<Timestamp> {
     let Some(time) = time else {
         invalid.push(pointer, "missing");
         return None;

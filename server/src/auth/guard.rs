@@ -34,6 +34,9 @@ pub const GRPC: &[(&str, Permission)] = &[
     ("/actuary.v1.FleetHealth/GetRul", Permission::Read),
     ("/actuary.v1.FleetHealth/ListHealth", Permission::Read),
     ("/actuary.v1.FleetHealth/ListDue", Permission::Read),
+    ("/actuary.v1.FleetHealth/GetPlan", Permission::Read),
+    ("/actuary.v1.FleetHealth/SetPlan", Permission::Plan),
+    ("/actuary.v1.FleetHealth/WhatIf", Permission::Read),
     ("/actuary.v1.Models/List", Permission::ReadModels),
     ("/actuary.v1.Models/GetMask", Permission::ReadModels),
 ];

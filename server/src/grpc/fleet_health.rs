@@ -1,7 +1,10 @@
 //! `FleetHealth`: tails, remaining lives, histories.
 
 use domain::{Component, Invalid, OperatorId, Position, TailNumber};
-use proto::v1::{self, fleet_health_server::FleetHealth};
+use proto::{
+    grpc::{from_plan, into_assumption, into_plan},
+    v1::{self, fleet_health_server::FleetHealth},
+};
 use tonic::{Request, Response, Status};
 
 use super::Service;
@@ -10,9 +13,11 @@ use crate::{
     auth::Caller,
     due::{self, DueList, Threshold},
     history::{History, Range, View, history},
+    plan,
     query::{grpc_hours, grpc_limit, grpc_number, grpc_within},
     refusal::Refusal,
     state::State,
+    what_if,
 };
 
 #[tonic::async_trait]
@@ -33,9 +38,7 @@ impl FleetHealth for Service {
 
     async fn get_tail(&self, request: Request<v1::GetTailRequest>) -> Result<Response<v1::TailDetail>, Status> {
         let caller = Caller::from_request(&request)?;
-        let mut invalid = Invalid::default();
-        let tail = invalid.check("#/tail", request.into_inner().tail.parse::<TailNumber>());
-        let tail = invalid.into_result(tail).map_err(Refusal::from)?;
+        let tail = tail(&request.into_inner().tail)?;
         Ok(Response::new(answer::tail(&self.0.state, caller.operator(), tail).await?.into()))
     }
 
@@ -85,10 +88,39 @@ impl FleetHealth for Service {
         };
         Ok(Response::new(page))
     }
+
+    async fn get_plan(&self, request: Request<v1::GetPlanRequest>) -> Result<Response<v1::TailPlan>, Status> {
+        let caller = Caller::from_request(&request)?;
+        let tail = tail(&request.into_inner().tail)?;
+        let (set, plan) = plan::get(&self.0.state, caller.operator(), &tail).await?;
+        Ok(Response::new(from_plan(&tail, set, &plan)))
+    }
+
+    async fn set_plan(&self, request: Request<v1::SetPlanRequest>) -> Result<Response<v1::TailPlan>, Status> {
+        let caller = Caller::from_request(&request)?;
+        let now = (self.0.state.clock)();
+        let (tail, plan) = into_plan(request.into_inner(), now).map_err(Refusal::from)?;
+        let (set, plan) = plan::set(&self.0.state, caller.operator(), &tail, &plan, caller.at(now)).await?;
+        Ok(Response::new(from_plan(&tail, set, &plan)))
+    }
+
+    async fn what_if(&self, request: Request<v1::WhatIfRequest>) -> Result<Response<v1::WhatIfResponse>, Status> {
+        let caller = Caller::from_request(&request)?;
+        let now = (self.0.state.clock)();
+        let (tail, position, assumption) = into_assumption(request.into_inner(), now).map_err(Refusal::from)?;
+        let answer = what_if::what_if(&self.0, caller.operator(), (&tail, &position), &assumption).await?;
+        Ok(Response::new(answer.into()))
+    }
 }
 
 fn not_a_cursor() -> Refusal {
     Refusal::parameter("cursor", "must be a cursor of this call")
+}
+
+fn tail(text: &str) -> Result<TailNumber, Refusal> {
+    let mut invalid = Invalid::default();
+    let tail = invalid.check("#/tail", text.parse());
+    Ok(invalid.into_result(tail)?)
 }
 
 fn place(tail: &str, position: &str) -> Result<(TailNumber, Position), Refusal> {

@@ -2,7 +2,7 @@
 
 use askama::Template;
 use axum::{extract::State as Extract, response::Response};
-use domain::{AsOf, HingeLoad, LoadSource};
+use domain::{AsOf, HingeLoad, LoadSource, Pace, UtilisationSource};
 use proto::answer::RulAnswer;
 use serde::Deserialize;
 use store::{Installed, LifeBeginning};
@@ -13,7 +13,8 @@ use super::{
     html,
     reasons::{Reasons, Warning},
     record::Record,
-    words::{Badge, day, grouped, hours},
+    what_if::{Typed, WhatIfForm},
+    words::{Badge, day, grouped, hours, percent},
 };
 use crate::{
     answer,
@@ -30,8 +31,11 @@ use crate::{
 struct ComponentPage {
     body: RulAnswer,
     badge: Badge,
+    /// Where the flight hours per day come from.
+    flown_by: &'static str,
     as_of: String,
     load: Option<String>,
+    pace: Option<String>,
     /// The hours at which it was found failed.
     found_failed: Option<String>,
     warnings: Vec<Warning>,
@@ -48,13 +52,38 @@ struct ComponentPage {
     /// Whether and when it was overhauled.
     overhauled: String,
     record: Record,
+    what_if: WhatIfForm,
 }
 
-/// The life that is shown.
+/// The life that is shown, and what is asked about its flights to come.
 #[derive(Deserialize)]
 pub struct Wanted {
     #[serde(deserialize_with = "query::life")]
     life: Option<u32>,
+    #[serde(deserialize_with = "query::text")]
+    utilisation: Option<String>,
+    #[serde(deserialize_with = "query::text")]
+    load_factor: Option<String>,
+    #[serde(deserialize_with = "query::text")]
+    temperature_offset: Option<String>,
+    #[serde(deserialize_with = "query::text")]
+    by: Option<String>,
+    #[serde(deserialize_with = "query::text")]
+    within_fh: Option<String>,
+}
+
+impl Wanted {
+    /// What is asked about other flights, as it was typed.
+    fn typed(self) -> Typed {
+        let text = |typed: Option<String>| typed.unwrap_or_default().trim().to_owned();
+        Typed {
+            utilisation: text(self.utilisation),
+            load_factor: text(self.load_factor),
+            temperature_offset: text(self.temperature_offset),
+            by: text(self.by),
+            within_fh: text(self.within_fh),
+        }
+    }
 }
 
 /// `GET /tails/{tail}/positions/{position}`: the present life of what is installed there, or an earlier `life`.
@@ -62,26 +91,29 @@ pub async fn get(
     Extract(shared): Extract<Shared>,
     caller: Caller,
     Named(place): Named<Place>,
-    Query(Wanted { life: wanted }): Query<Wanted>,
+    Query(wanted): Query<Wanted>,
 ) -> Result<Response, Refusal> {
     let state = &shared.state;
     let installed = answer::installed_at(state, caller.operator(), &place.tail, &place.position).await?;
     let component = answer::component(caller.operator(), &installed);
     let known = answer::record(state, &component).await?;
     let events = state.store.events(&component).await?;
-    let shown = wanted.unwrap_or(installed.overhaul_index);
+    let shown = wanted.life.unwrap_or(installed.overhaul_index);
     let course = Course::read(state, &component, history::life(&component, &known.lives, Some(shown))?).await?;
     let record = Record::new(&installed, shown, known, events);
     if shown != installed.overhaul_index {
         return html(&EarlierPage::new(installed, course, record));
     }
     let body = answer::rul(state, &installed, None);
+    let what_if = WhatIfForm::of(&shared, caller.operator(), &place, wanted.typed()).await?;
     html(&ComponentPage {
         badge: Badge::of(&body),
+        flown_by: flown_by(&body),
         as_of: as_of(&body),
         since: day(installed.since),
         overhauled: overhauled(&installed),
         load: body.load.as_ref().map(load),
+        pace: body.pace.as_ref().map(pace),
         found_failed: body.found_failed_fh.map(grouped),
         warnings: Warning::all(&body),
         reasons: Reasons::of(&body),
@@ -90,6 +122,7 @@ pub async fn get(
         faults: fault_rows(&body),
         course,
         record,
+        what_if,
         body,
     })
 }
@@ -123,6 +156,38 @@ fn load(load: &HingeLoad) -> String {
         numbers => format!("strain sensors left out: {}", numbers.join(", ")),
     };
     format!("{:.1} \u{b1} {:.1} N m from {source}; {left_out}", load.hinge_moment_nm, load.sigma_nm)
+}
+
+fn pace(pace: &Pace) -> String {
+    let faster = match pace.now {
+        now if (0.995..1.005).contains(&now) => "as fast as".to_owned(),
+        now => format!("{now:.2} times as fast as"),
+    };
+    let motor = match pace.motor_share {
+        share if share > 0.0 => format!(", for {} by the motor alone", percent(share)),
+        _ => String::new(),
+    };
+    let seen = pace
+        .seen_loads
+        .map_or_else(String::new, |[least, greatest]| format!("; past lives have flown {least:.2} to {greatest:.2}"));
+    format!(
+        "wears {faster} at the reference load and temperature: load {:.2}, exponent {:.1} \u{b1} {:.1}, temperature \
+         coefficient {:.2} \u{b1} {:.2}; the load is known for {} of its hours{motor}{seen}",
+        pace.load,
+        pace.exponent,
+        pace.exponent_sigma,
+        pace.temperature_coefficient,
+        pace.temperature_coefficient_sigma,
+        percent(pace.known_share),
+    )
+}
+
+/// Where the flight hours per day come from.
+fn flown_by(body: &RulAnswer) -> &'static str {
+    match body.end_of_life.as_ref().map(|end| end.utilisation_source) {
+        Some(UtilisationSource::Plan) => "By the tail's plan",
+        _ => "As the tail has flown lately",
+    }
 }
 
 fn quantiles(body: &RulAnswer) -> Vec<(&'static str, String)> {

@@ -6,8 +6,8 @@ use axum::{
     http::{StatusCode, Uri},
     response::{IntoResponse, Response},
 };
-use domain::Timestamp;
-use proto::answer::{DueAnswer, DueItem};
+use domain::{Timestamp, UtilisationSource};
+use proto::answer::{DueAnswer, DueItem, LatestSafe};
 use serde::Deserialize;
 
 use super::{
@@ -125,6 +125,15 @@ impl DuePage {
     }
 }
 
+/// The date until which it is safe, and whether a plan says so.
+fn safe_date(safe: &LatestSafe) -> String {
+    let date = safe.date.as_deref().unwrap_or("unknown");
+    match safe.utilisation_source {
+        Some(UtilisationSource::Plan) => format!("{date}, as planned"),
+        _ => date.to_owned(),
+    }
+}
+
 /// The risk in percent as it was asked for, however small: without the digits that the multiplication adds.
 fn risk_words(risk: f64) -> String {
     format!("{} %", (1e11 * risk).round() / 1e9)
@@ -147,7 +156,7 @@ impl Row {
             },
             safe_hours: safe.map_or_else(none, |safe| hours(safe.flight_hours)),
             safe_in: safe.map_or_else(none, |safe| hours(safe.remaining_fh)),
-            safe_date: safe.map_or_else(none, |safe| safe.date.clone().unwrap_or_else(|| "unknown".to_owned())),
+            safe_date: safe.map_or_else(none, safe_date),
             dominant_fault: item.dominant_fault.unwrap_or_else(|| "unknown".to_owned()),
             as_of: item.as_of.map_or_else(
                 || "nothing yet".to_owned(),

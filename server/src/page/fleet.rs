@@ -2,7 +2,7 @@
 
 use askama::Template;
 use axum::{extract::State as Extract, response::Response};
-use domain::Timestamp;
+use domain::{Timestamp, UtilisationSource};
 use proto::answer::RulAnswer;
 
 use super::{
@@ -34,6 +34,8 @@ struct Row {
     p10: String,
     p50: String,
     dates: String,
+    /// How fast it wears, where that is known.
+    pace: Option<String>,
     dominant_fault: String,
     as_of: String,
 }
@@ -74,13 +76,15 @@ impl Row {
         let rul = body.rul_fh.as_ref();
         let dates = body.end_of_life.as_ref().map(|end| {
             let date = |date: &Option<String>| date.clone().unwrap_or_else(|| "later".to_owned());
-            format!("{} \u{2013} {}", date(&end.date_p10), date(&end.date_p50))
+            let by = if end.utilisation_source == UtilisationSource::Plan { ", as planned" } else { "" };
+            format!("{} \u{2013} {}{by}", date(&end.date_p10), date(&end.date_p50))
         });
         Self {
             badge: Badge::of(&body),
             p10: hours(&body, rul.and_then(|rul| rul.p10)),
             p50: hours(&body, rul.and_then(|rul| rul.p50)),
             dates: dates.unwrap_or_else(|| "unknown".to_owned()),
+            pace: body.pace.as_ref().map(|pace| format!("wears at {:.2} of the reference pace", pace.now)),
             dominant_fault: body.dominant_fault.unwrap_or_else(|| "unknown".to_owned()),
             as_of: body
                 .as_of

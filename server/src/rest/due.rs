@@ -27,7 +27,7 @@ use crate::{
     state::Shared,
 };
 
-const COLUMNS: [&str; 20] = [
+const COLUMNS: [&str; 21] = [
     "list",
     "tail",
     "position",
@@ -48,6 +48,7 @@ const COLUMNS: [&str; 20] = [
     "as_of_upload_id",
     "doubts",
     "reason",
+    "utilisation_source",
 ];
 
 /// The meaning of due, and the form of the list.
@@ -173,7 +174,7 @@ fn table(body: &DueAnswer) -> String {
     table
 }
 
-fn row(list: &str, body: &DueAnswer, item: &DueItem) -> [String; 20] {
+fn row(list: &str, body: &DueAnswer, item: &DueItem) -> [String; 21] {
     let (safe, as_of) = (item.latest_safe.as_ref(), item.as_of.as_ref());
     let number = |number: Option<f64>| number.map(|number| number.to_string()).unwrap_or_default();
     let text = |text: Option<&String>| text.cloned().unwrap_or_default();
@@ -199,6 +200,7 @@ fn row(list: &str, body: &DueAnswer, item: &DueItem) -> [String; 20] {
         as_of.map(|as_of| as_of.upload_id.to_string()).unwrap_or_default(),
         doubts.join(";"),
         text(item.reason.as_ref()),
+        safe.and_then(|safe| safe.utilisation_source).map(|source| source.as_str().to_owned()).unwrap_or_default(),
     ]
 }
 

@@ -9,7 +9,7 @@ use crate::house::{House, doubtful, explanation, forecast};
 
 const RUL: &str = "/v1/tails/EC-MXA/positions/AIL-L/rul";
 const HEALTH: &str = "/v1/tails/EC-MXA/positions/AIL-L/health";
-const FIELDS: [&str; 31] = [
+const FIELDS: [&str; 32] = [
     "tail",
     "position",
     "part_number",
@@ -30,6 +30,7 @@ const FIELDS: [&str; 31] = [
     "explanation",
     "doubts",
     "load",
+    "pace",
     "propagation",
     "monte_carlo",
     "model",

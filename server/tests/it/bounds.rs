@@ -69,7 +69,7 @@ async fn refuses(answer: Response, key: &str, name: &str) -> bool {
 }
 
 /// A good body of each request that takes one, with all that has bounds.
-fn bodies(house: &House) -> [(&'static str, Value); 3] {
+fn bodies(house: &House) -> [(Method, &'static str, Value); 5] {
     let mut upload = house.body("bounds", 10.0);
     upload["flight_cycles"] = json!(7);
     upload["air_data"] = json!({"dynamic_pressure_pa": 5000, "airspeed_m_s": 90, "angle_of_attack_rad": 0.05,
@@ -79,10 +79,16 @@ fn bodies(house: &House) -> [(&'static str, Value); 3] {
         "part_number": "EMA-500", "serial_number": "SN 1", "flight_hours": 10});
     let configuration =
         json!({"effective_from": "2026-02-01T00:00:00Z", "configuration": example_sensor_configuration()});
+    let stretch = json!({"from": "2026-04-01", "until": "2026-05-01", "utilisation_fh_per_day": 6, "load": 1.2,
+        "temperature_c": 20, "mission": "cruise"});
+    let assumption =
+        json!({"utilisation_fh_per_day": 6, "load_factor": 1.2, "temperature_offset_c": 5, "within_fh": 100});
     [
-        ("/v1/tails/{tail}/uploads", upload),
-        ("/v1/tails/{tail}/positions/{position}/maintenance", event),
-        ("/v1/tails/{tail}/sensor-configurations", configuration),
+        (Method::POST, "/v1/tails/{tail}/uploads", upload),
+        (Method::POST, "/v1/tails/{tail}/positions/{position}/maintenance", event),
+        (Method::POST, "/v1/tails/{tail}/sensor-configurations", configuration),
+        (Method::PUT, "/v1/tails/{tail}/plan", json!({"stretches": [stretch]})),
+        (Method::POST, "/v1/tails/{tail}/positions/{position}/what-if", assumption),
     ]
 }
 
@@ -99,8 +105,9 @@ async fn bodies_have_the_bounds_of_the_document() {
     let house = House::open().await;
     let document = house.read("/openapi.json").await;
     let mut tried = 0;
-    for (path, good) in bodies(&house) {
-        let schema = &document["paths"][path]["post"]["requestBody"]["content"]["application/json"]["schema"];
+    for (method, path, good) in bodies(&house) {
+        let schema = &document["paths"][path][method.as_str().to_lowercase()]["requestBody"]["content"]["application/json"]
+            ["schema"];
         for (pointer, (value, holds)) in places(&document, schema, &good, "") {
             let mut body = good.clone();
             let (parent, name) = pointer.rsplit_once('/').unwrap();
@@ -108,7 +115,7 @@ async fn bodies_have_the_bounds_of_the_document() {
                 Some(place) => *place = value.clone(),
                 None => body.pointer_mut(parent).unwrap()[name] = value.clone(),
             }
-            let post = house.client.post(format!("{}{}", house.url, named(path))).json(&body);
+            let post = house.client.request(method.clone(), format!("{}{}", house.url, named(path))).json(&body);
             let refused = refuses(post.send().await.unwrap(), "pointer", &format!("#{pointer}")).await;
             assert_eq!(refused, !holds, "{path} {pointer}: {value}");
             tried += 1;

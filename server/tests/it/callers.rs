@@ -114,12 +114,12 @@ async fn judged(house: &House, endpoint: &Endpoint, authorization: Option<&str>)
 
 /// Whether a scope may, as the contract has it: written down here once more.
 fn may(scope: &str, permission: Permission) -> bool {
-    use Permission::{Administer, Configure, Correct, Maintain, Read, ReadModels, ReadUpload, Upload};
+    use Permission::{Administer, Configure, Correct, Maintain, Plan, Read, ReadModels, ReadUpload, Upload};
     match permission {
         Upload => ["aircraft", "admin"].contains(&scope),
         ReadModels | ReadUpload => true,
         Read => scope != "aircraft",
-        Maintain | Correct => ["planner", "admin"].contains(&scope),
+        Maintain | Correct | Plan => ["planner", "admin"].contains(&scope),
         Configure | Administer => scope == "admin",
     }
 }

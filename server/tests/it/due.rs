@@ -96,7 +96,10 @@ async fn an_item_tells_until_when_it_is_safe() {
     let rul = house.read("/v1/tails/EC-TEN/positions/AIL-L/rul").await;
     assert_eq!(safe["date"], rul["end_of_life"]["date_p10"]);
     let tie = house.read(DUE).await["items"][3].clone();
-    assert_eq!(tie["latest_safe"], json!({"remaining_fh": 105.0, "flight_hours": 105.0, "date": null}));
+    assert_eq!(
+        tie["latest_safe"],
+        json!({"remaining_fh": 105.0, "flight_hours": 105.0, "date": null, "utilisation_source": null})
+    );
 }
 
 #[tokio::test]
@@ -196,10 +199,10 @@ async fn a_table_comes_whole() {
     assert!(lines[0].starts_with("list,tail,position,part_number,serial_number,life,status,dominant_fault,within_fh"));
     let expected = "due,EC-TEN,AIL-L,EMA-500,\"\"\"EC-TEN\"\", unit 1\",0,ok,k2,500,0.1,0.5,";
     assert!(lines[3].starts_with(expected), "{}", lines[3]);
-    assert!(lines[3].ends_with(",105,235,2026-03-02,130,2026-02-17T06:00:00Z,EC-TEN.130,,"), "{}", lines[3]);
+    assert!(lines[3].ends_with(",105,235,2026-03-02,130,2026-02-17T06:00:00Z,EC-TEN.130,,,learned"), "{}", lines[3]);
     let expected = "unknown,EC-ODD,AIL-L,EMA-500,\"\"\"EC-ODD\"\", unit 1\",0,inconsistent,k2,500,0.1,,,,,,0,\
         2026-02-01T00:00:00Z,EC-ODD.0,inconsistent;outside_training,the last 3 blocks are 5.2 standard deviations away";
-    assert_eq!(lines[6], expected);
+    assert_eq!(lines[6], expected.to_owned() + ",");
     assert!(lines[7].starts_with("unknown,EC-RAW,") && lines[7].contains("insufficient_history"));
 }
 

@@ -9,9 +9,11 @@ use std::{
 };
 
 use domain::{
-    Actor, AsOf, BundleSummary, ContentHash, Coordinate, Diagnosis, Doubt, DoubtKind, Ensemble, Estimate, Explanation,
-    FaultModel, FaultTrend, FaultVector, HingeLoad, LoadSource, MapFit, MapSamples, Mask, NUMERICS_VERSION, Outcome,
-    PastCoverage, Prognosis, Propagation, RulDistribution, Scope, SetAside, Timestamp, Token, Upload,
+    Actor, Ahead, AsOf, BundleSummary, Component, ContentHash, Coordinate, Diagnosis, Doubt, DoubtKind, Ensemble,
+    Estimate, Explanation, FaultModel, FaultTrend, FaultVector, HingeLoad, LoadSource, MapFit, MapSamples, Mask,
+    NUMERICS_VERSION, Outcome, PastCoverage, Prognosis, Propagation, RulDistribution, Scope, SetAside, Timestamp,
+    Token, Upload,
+    ahead::{LoadAhead, TemperatureAhead},
     explanation::{Driver, Growth, GrowthChange, Shift, Surprise},
     prognosis::{Forecast, InsufficientHistory},
     scoreboard::{AtRul, Coverage, Horizons, LifeHorizons, RulBin, Scoreboard},
@@ -20,7 +22,7 @@ use domain::{
 use proto::{grpc::from_upload, json::UploadBody, v1};
 use reqwest::{Client, Response, StatusCode};
 use serde_json::{Value, json};
-use server::{Metrics, Scorer, Tls, TlsFiles};
+use server::{Forecaster, Forecasting, Metrics, Scorer, Tls, TlsFiles};
 use store::{Completion, IssuedLife, LifeInputs, LifeResults, Options, Revocation, Store, TokenRecord};
 use tempfile::TempDir;
 use tokio::{
@@ -47,6 +49,41 @@ pub struct House {
     stop: Option<oneshot::Sender<()>>,
     serving: JoinHandle<()>,
     _folder: TempDir,
+}
+
+/// A temperature of which it takes half a second to think, K above that of now.
+pub const SLOW_K: f64 = 77.0;
+
+/// Forecasts that remaining life goes with the inverse of the load in the first stretch ahead; the numerics have tests of
+/// their own.
+struct Inverse(Store);
+
+impl Forecaster for Inverse {
+    fn what_if(&self, component: Component, ahead: Ahead) -> Forecasting {
+        let store = self.0.clone();
+        Box::pin(async move {
+            let first = ahead.stretches[0];
+            if first.temperature == Some(TemperatureAhead::Above(SLOW_K)) {
+                tokio::time::sleep(Duration::from_millis(500)).await;
+            }
+            let fleet = store.installed_fleet(&component.operator, None, 100).await?;
+            let mut installed = fleet.into_iter().flat_map(|tail| tail.installed);
+            let Some(mut prognosis) =
+                installed.find(|one| one.serial_number == component.serial_number).and_then(|one| one.prognosis)
+            else {
+                return Ok(None);
+            };
+            let forecast = prognosis.forecast.as_mut().unwrap();
+            let times = match (first.load, &forecast.pace) {
+                (Some(LoadAhead::Times(times)), _) => times,
+                (Some(LoadAhead::Ratio(ratio)), Some(pace)) => ratio / pace.load,
+                _ => 1.0,
+            };
+            let ends: Vec<_> = (0..100).map(|i| (i < 80).then_some(40.0 * f64::from(i + 1) / times)).collect();
+            forecast.rul = RulDistribution::from_draws(&ends, 10_000.0);
+            Ok(Some(prognosis))
+        })
+    }
 }
 
 /// Counts what it is given to judge; the numerics have tests of their own.
@@ -166,6 +203,7 @@ impl House {
             hosts: hosts.iter().map(|host| host.parse().unwrap()).collect(),
             max_connections,
             scorer: Arc::new(Counter),
+            forecaster: Arc::new(Inverse(store.clone())),
             metrics: METRICS.clone(),
         };
         let (stop, stopped) = oneshot::channel();

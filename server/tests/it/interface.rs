@@ -79,8 +79,9 @@ async fn every_operation_tells_its_problems_with_examples() {
             wanted.extend(named.map(|_| "404"));
             if operation["requestBody"].is_object() {
                 wanted.extend(["400", "408", "413", "415"]);
-                // A choice of uploads stores nothing that could contradict anything.
-                wanted.extend((!name.ends_with("/uploads/retry")).then_some("409"));
+                // A choice of uploads, and a plan, which takes the place of any other, contradict nothing.
+                let contradicts = !["/uploads/retry", "/plan"].iter().any(|end| name.ends_with(end));
+                wanted.extend(contradicts.then_some("409"));
                 assert!(has_example(&document, &operation["requestBody"]), "{name}: a request");
             }
             for status in wanted {

@@ -19,6 +19,7 @@ mod maintenance;
 mod neighbours;
 mod own_diagnoses;
 mod pages;
+mod plans;
 mod secrets;
 mod stop;
 mod stream;

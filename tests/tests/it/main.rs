@@ -24,3 +24,4 @@ mod recorded_lives;
 mod simulation;
 mod token;
 mod upkeep;
+mod what_if;

@@ -14,7 +14,7 @@ use axum::{
 use domain::{Actor, Scoreboard};
 use http_body_util::BodyExt;
 use pipeline::Model;
-use server::{Metrics, Scorer};
+use server::{Forecaster, Forecasting, Metrics, Scorer};
 use store::{IssuedLife, Options, Store, StoreError};
 use tokio_util::sync::CancellationToken;
 use tower::ServiceExt;
@@ -113,6 +113,7 @@ impl Service {
             hosts: Vec::new(),
             max_connections: server::MAX_CONNECTIONS,
             scorer: Arc::new(Unjudged),
+            forecaster: Arc::new(Unforeseen),
             metrics: METRICS.clone(),
         };
         let router = server::router(state, false, CancellationToken::new()).await.layer(map_request(call_locally));
@@ -209,6 +210,15 @@ impl Service {
     /// Stops in order.
     pub async fn stop(self) {
         self.store().close().await;
+    }
+}
+
+/// Forecasts nothing: what is only asked about has tests of its own.
+struct Unforeseen;
+
+impl Forecaster for Unforeseen {
+    fn what_if(&self, _: domain::Component, _: domain::Ahead) -> Forecasting {
+        Box::pin(async { Ok(None) })
     }
 }
 

@@ -1,6 +1,6 @@
 //! What every endpoint promises. One that is not here fails the tests.
 
-use proto::json::{MaintenanceBody, RetryBody, SensorConfigurationBody};
+use proto::json::{MaintenanceBody, PlanBody, RetryBody, SensorConfigurationBody, StretchBody, WhatIfBody};
 
 use super::{names::Owner, principal::Kind, world};
 
@@ -68,6 +68,10 @@ pub fn of_rest(method: &str, path: &str) -> Expectation {
         ("post", "/v1/tails/{tail}/positions/{position}/maintenance/{event_id}/void") => (Planners, 200),
         ("get", "/v1/tails/{tail}/sensor-configurations") => (Readers, 200),
         ("post", "/v1/tails/{tail}/sensor-configurations") => (Admins, 201),
+        ("get", "/v1/tails/{tail}/plan") => (Readers, 200),
+        ("put", "/v1/tails/{tail}/plan") => (Planners, 200),
+        // What is at the position of each world has no forecast yet.
+        ("post", "/v1/tails/{tail}/positions/{position}/what-if") => (Readers, 409),
         ("get", "/v1/components/{part}/{serial}" | "/v1/components/{part}/{serial}/health") => (Readers, 200),
         ("get", "/v1/models" | "/v1/models/{hash}" | "/v1/models/{hash}/mask") => (Known, 200),
         _ => panic!("{method} {path}: nothing is expected of it yet: say here who may call it"),
@@ -85,13 +89,18 @@ pub fn of_grpc(path: &str) -> Expectation {
         | "/actuary.v1.FleetHealth/GetTail"
         | "/actuary.v1.FleetHealth/GetRul"
         | "/actuary.v1.FleetHealth/ListHealth"
-        | "/actuary.v1.FleetHealth/ListDue" => Allowed::Readers,
+        | "/actuary.v1.FleetHealth/ListDue"
+        | "/actuary.v1.FleetHealth/GetPlan"
+        | "/actuary.v1.FleetHealth/WhatIf" => Allowed::Readers,
+        "/actuary.v1.FleetHealth/SetPlan" => Allowed::Planners,
         "/actuary.v1.Models/List" | "/actuary.v1.Models/GetMask" => Allowed::Known,
         _ => panic!("{path}: nothing is expected of it yet: say here who may call it"),
     };
     // A stream goes on after a message that is refused.
     let other_tail = if path.ends_with("/UploadStream") { 0 } else { 7 };
-    Expectation { allowed, success: 0, other_tail }
+    // What is at the position of each world has no forecast yet.
+    let success = if path.ends_with("/WhatIf") { 9 } else { 0 };
+    Expectation { allowed, success, other_tail }
 }
 
 /// A value of a parameter, by its name.
@@ -149,6 +158,14 @@ pub fn bodies(path: &str, media_types: &[String], of: Owner) -> Vec<(String, Vec
                 let mut new = world::configuration(of);
                 new.configuration.strain_gratings[0].place = "new glue".to_owned();
                 world::json(&SensorConfigurationBody { effective_from: world::now().to_string(), ..new })
+            }
+            ("/v1/tails/{tail}/plan", "application/json") => {
+                let from = world::now().to_string();
+                let stretch = StretchBody { from, utilisation_fh_per_day: Some(5.0), ..StretchBody::default() };
+                world::json(&PlanBody { stretches: vec![stretch] })
+            }
+            ("/v1/tails/{tail}/positions/{position}/what-if", "application/json") => {
+                world::json(&WhatIfBody { utilisation_fh_per_day: Some(5.0), ..WhatIfBody::default() })
             }
             _ => panic!("{path}: there is no body of {media_type} yet"),
         };

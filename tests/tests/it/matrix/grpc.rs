@@ -82,6 +82,11 @@ pub fn message(path: &str, of: Owner) -> Vec<u8> {
                 .encode_to_vec()
         }
         "ListDue" => v1::ListDueRequest::default().encode_to_vec(),
+        "GetPlan" => v1::GetPlanRequest { tail: of.tail(1) }.encode_to_vec(),
+        "SetPlan" => v1::SetPlanRequest { tail: of.tail(1), stretches: Vec::new() }.encode_to_vec(),
+        "WhatIf" => {
+            v1::WhatIfRequest { tail: of.tail(1), position: of.position(), ..Default::default() }.encode_to_vec()
+        }
         "List" => v1::ListModelsRequest {}.encode_to_vec(),
         "GetMask" => v1::GetMaskRequest::default().encode_to_vec(),
         _ => panic!("{path}: there is no message for it yet"),
@@ -105,7 +110,7 @@ pub fn request(path: &str, message: &[u8], principal: &Principal) -> Request<Bod
 
 /// Whether a method may change anything.
 pub fn changes(path: &str) -> bool {
-    path.starts_with("/actuary.v1.Ingest/")
+    path.starts_with("/actuary.v1.Ingest/") || path.ends_with("/SetPlan")
 }
 
 async fn call(world: &mut World, path: &str, message: &[u8], principal: &Principal) -> Answer {

@@ -82,6 +82,11 @@ impl Endpoint {
         calls
     }
 
+    /// Whether it may change anything: a question with a body does not.
+    fn changes(&self) -> bool {
+        self.method != "get" && !self.path.ends_with("/what-if")
+    }
+
     /// Whether it names something that belongs to an operator.
     fn names_something(&self) -> bool {
         self.in_path.iter().any(|name| !["hash", "file", "kind"].contains(&name.as_str()))
@@ -98,7 +103,7 @@ pub async fn requests(world: &World, of: Owner, principal: &Principal) -> Vec<(R
     let mut requests = Vec::new();
     for endpoint in endpoints(world).await {
         if of_rest(&endpoint.method, &endpoint.path).allowed != Allowed::Everyone {
-            let changes = endpoint.method != "get";
+            let changes = endpoint.changes();
             requests.extend(endpoint.calls(of).iter().map(|call| (call.of(principal), changes)));
         }
     }
@@ -119,7 +124,7 @@ pub async fn judge_all(world: &mut World) -> usize {
 
 async fn judge(world: &mut World, endpoint: &Endpoint, expectation: Expectation, principal: &Principal) -> usize {
     let own = principal.owner.unwrap_or(Owner::Alpha);
-    let changes = endpoint.method != "get";
+    let changes = endpoint.changes();
     let calls = [own, own.other(), own.other().ghost()].map(|of| endpoint.calls(of));
     let [own_calls, other_calls, ghost_calls] = &calls;
     let mut cells = own_calls.len();
