@@ -1,5 +1,7 @@
 //! What is planned for tails, and what would be if they flew otherwise.
 
+use std::time::Duration;
+
 use domain::{Pace, Permission, Scope, prognosis::Forecast};
 use proto::v1::{self, fleet_health_client::FleetHealthClient};
 use reqwest::{Response, StatusCode};
@@ -222,7 +224,7 @@ async fn what_would_be_is_told_beside_what_is_and_changes_nothing() {
 
     assert_eq!(house.read(RUL).await, now);
     assert_eq!(house.store.digest().await.unwrap(), digest);
-    assert!(!house.store.work_waits().await.unwrap());
+    assert_eq!(house.store.lease(Duration::from_secs(60)).await.unwrap(), None, "nothing waits");
     assert_eq!(house.store.audit(Some(&"default".parse().unwrap()), 0, 10).await.unwrap(), []);
 }
 

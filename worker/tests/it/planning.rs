@@ -1,16 +1,20 @@
 //! Flights ahead: those that a plan tells, and those that are only asked about.
 
+use std::time::Duration;
+
 use domain::{
     Actor, Ahead, Component, OperatorId, Plan, PlannedStretch, Prognosis,
     ahead::{LoadAhead, Stretch},
 };
 use pipeline::Model;
 use prognosis::{Coefficient, PaceLaw};
-use store::Store;
+use store::{Completion, Store};
 use tempfile::TempDir;
 use worker::Analyst;
 
 use crate::common::{now, settings, start, store, upload, work};
+
+const LEASE: Duration = Duration::from_secs(60);
 
 /// A store with a component whose loads act by the square, all that is known of it judged.
 async fn judged(folder: &TempDir) -> (Store, Component) {
@@ -28,6 +32,12 @@ async fn judged(folder: &TempDir) -> (Store, Component) {
     }
     work(&store).await;
     (store, upload(&model, mask, 0).component(&OperatorId::default()))
+}
+
+/// Serves the component that waits.
+async fn reissue(store: &Store, analyst: &Analyst) {
+    let lease = store.lease(LEASE).await.unwrap().expect("the component waits");
+    assert_eq!(analyst.serve(&lease).await.unwrap(), Completion::Done);
 }
 
 async fn served(store: &Store) -> Prognosis {
@@ -55,7 +65,7 @@ async fn what_is_asked_about_the_flights_as_they_are_is_what_is_served_and_nothi
     assert!(mean_fh(&asked) < 0.8 * mean_fh(&issued), "{} after {}", mean_fh(&asked), mean_fh(&issued));
     assert_eq!(served(&store).await, issued);
     assert_eq!(store.digest().await.unwrap(), digest);
-    assert!(!store.work_waits().await.unwrap());
+    assert_eq!(store.lease(LEASE).await.unwrap(), None, "nothing waits");
     let stranger = Component { serial_number: "9999".parse().unwrap(), ..component };
     assert_eq!(analyst.what_if(&stranger, Ahead::default()).await.unwrap(), None);
 }
@@ -74,15 +84,15 @@ async fn a_plan_enters_what_is_issued_and_no_state() {
         mission: None,
     };
     let plan = Plan::new(vec![stretch], now()).unwrap();
+    let analyst = Analyst::new(store.clone(), settings().clock);
     let tail = "EC-MXA".parse().unwrap();
     store.set_plan(&OperatorId::default(), &tail, &plan, Actor::Cli.at(now())).await.unwrap();
-    work(&store).await;
+    reissue(&store, &analyst).await;
     let planned = served(&store).await;
     assert!(mean_fh(&planned) < 0.8 * mean_fh(&before), "{} after {}", mean_fh(&planned), mean_fh(&before));
-    let analyst = Analyst::new(store.clone(), settings().clock);
     assert_eq!(analyst.what_if(&component, harder(LoadAhead::Ratio(2.0))).await.unwrap(), Some(planned));
     assert_eq!(store.digest().await.unwrap(), digest);
     store.set_plan(&OperatorId::default(), &tail, &Plan::default(), Actor::Cli.at(now())).await.unwrap();
-    work(&store).await;
+    reissue(&store, &analyst).await;
     assert_eq!(served(&store).await, before);
 }

@@ -4,7 +4,8 @@ use test_case::test_case;
 
 use crate::fixture::{
     Backend::{self, *},
-    Database, by_hand, component, day, drain, finding, later_upload, lease, life_inputs, operator, plan, results, tail,
+    Database, LEASE, by_hand, component, day, drain, finding, later_upload, lease, life_inputs, operator, plan,
+    results, tail,
 };
 use domain::{EventKind, Finding, MaintenanceEvent};
 
@@ -31,7 +32,7 @@ async fn planned(store: &Store, serial: &str) -> Option<Planned> {
     let inputs = life_inputs(store, &lease).await;
     assert_eq!(inputs.unestimated, [], "no upload is estimated again");
     assert_eq!(store.complete(&lease, vec![results(&inputs)]).await.unwrap(), Completion::Done);
-    assert!(!store.work_waits().await.unwrap());
+    assert_eq!(store.lease(LEASE).await.unwrap(), None, "nothing else waits");
     inputs.planned
 }
 
@@ -75,7 +76,7 @@ async fn what_is_on_the_tail_waits_for_a_forecast_by_its_plan(backend: Backend) 
     let expected = Planned { plan: plan(4.0), utilisation_fh_per_day: Some(10.0) };
     assert_eq!(planned(&store, "0001").await, Some(expected));
     set(&store, "EC-MXA", &plan(4.0)).await;
-    assert!(!store.work_waits().await.unwrap(), "the same again changes nothing");
+    assert_eq!(store.lease(LEASE).await.unwrap(), None, "the same again changes nothing");
     let on_tail = store.installed(&operator(), &tail("EC-MXA")).await.unwrap();
     assert_eq!((&on_tail[0].plan, on_tail[0].utilisation_fh_per_day), (&plan(4.0), Some(10.0)));
     let fleet = store.installed_fleet(&operator(), None, 10).await.unwrap();
