@@ -32,12 +32,23 @@ pub fn map(faults: &ElectricalFaults, load_ratios: &[f64; BINS]) -> Vec<f64> {
 /// The torque balance T_m = T_u/(i eta_D) + T_f + C w of opposing loads (C with the braking of shorted windings), with
 /// T_m = k_nom y_0 I and y_0 the mean of the map without load, makes the ratio r = R I/(k_nom w) a straight line over the load:
 /// **r = R/(k_nom^2 y_0 w) (T_u/(i eta_D) + T_f + C w)**. At a speed that is always the same, intercept and slope tell friction
-/// and efficiency; T_u is the hinge moment times what the linkage makes of it. Windings that are shorted raise both.
+/// and efficiency; T_u is the hinge moment times what the linkage makes of it. Windings that are shorted raise both:
+/// [`healthy_load_ratio`] takes that away.
 pub fn steady_load_ratio(motor: &Motor, faults: &ElectricalFaults, output_nm: f64, speed_rad_s: f64) -> f64 {
     let unloaded = map(faults, &[0.0; BINS]).iter().sum::<f64>() / BINS as f64;
     let torque_nm = motor.transmission().steady_torque_nm(output_nm) + damping_nm_s_rad(motor, faults) * speed_rad_s;
     let k_nom = motor.back_emf_v_s_rad;
     motor.resistance_ohm * torque_nm / (k_nom * k_nom * unloaded * speed_rad_s)
+}
+
+/// The load ratio that a motor without shorted windings would have under the same load and friction, at any speed.
+///
+/// With N the mean healthy share of the windings, y_0 = N (eccentricity averages out over a turn), and the braking of the shorted
+/// ones, sum (1 - N_j) k_phase^2/R_phase w, is R/(k_nom^2 w) times itself = sum (1 - N_j)/2 in ratio, because a phase has half of
+/// the resistance and of the back-EMF of a pair. So **r_healthy = N r - 3/2 (1 - N)**.
+pub fn healthy_load_ratio(faults: &ElectricalFaults, load_ratio: f64) -> f64 {
+    let healthy = faults.healthy().iter().sum::<f64>() / 3.0;
+    healthy * load_ratio - 1.5 * (1.0 - healthy)
 }
 
 /// Torque at the shaft of a healthy motor that a load ratio at a speed stands for, N m.
@@ -86,7 +97,12 @@ mod tests {
             assert!((torque_nm(&motor, ratio(output_nm), 280.0) - expected_nm).abs() < 1e-12, "{output_nm}");
         }
         let shorted = ElectricalFaults::new([0.2, 0.0, 0.0], 0.0, 0.0).unwrap();
-        assert!(steady_load_ratio(&motor, &shorted, 50.0, 280.0) > 1.1 * ratio(50.0));
+        let raised = steady_load_ratio(&motor, &shorted, 50.0, 280.0);
+        assert!(raised > 1.1 * ratio(50.0));
+        assert!((healthy_load_ratio(&shorted, raised) - ratio(50.0)).abs() < 1e-12);
+        let eccentric = ElectricalFaults::new([0.2, 0.1, 0.0], 0.3, 1.0).unwrap();
+        let raised = steady_load_ratio(&motor, &eccentric, 50.0, 280.0);
+        assert!((healthy_load_ratio(&eccentric, raised) - ratio(50.0)).abs() < 0.01 * ratio(50.0));
     }
 
     #[test]

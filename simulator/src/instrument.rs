@@ -170,6 +170,30 @@ mod tests {
         }
     }
 
+    /// Shorted windings raise the load ratio, and what they add is known: a worn motor tells its load, too.
+    #[test]
+    fn a_worn_motor_tells_the_load_of_a_healthy_one() {
+        let (motor, mask, torque) = (linkage::motor(1.0), mask(), OutputTorque::steady(80.0));
+        for physics in [Physics::HighFidelity, Physics::ClosedForm] {
+            let mean_ratio = |faults: &ElectricalFaults| {
+                let strokes = (0..5).map(|stroke| {
+                    let stream = Stream::new(4, &["worn"]).substream(stroke);
+                    let reading = physics.measure(&motor, faults, &mask, &torque, stream);
+                    let LoadRatio::PerSample(r) = reading.load_ratio else { panic!("one ratio per sample") };
+                    mean(&r.into_iter().flatten().collect::<Vec<_>>())
+                });
+                mean(&strokes.collect::<Vec<_>>())
+            };
+            let healthy = mean_ratio(&ElectricalFaults::default());
+            let worn = ElectricalFaults::new([0.2, 0.1, 0.0], 0.15, 1.0).unwrap();
+            let raised = mean_ratio(&worn);
+            let told = closed_form::healthy_load_ratio(&worn, raised);
+            println!("{physics:?}: healthy {healthy:.4}, worn {raised:.4}, told {told:.4}");
+            assert!(raised > 1.3 * healthy, "{physics:?}: {raised} and {healthy}");
+            assert!((told / healthy - 1.0).abs() < 0.03, "{physics:?}: {told} and {healthy}");
+        }
+    }
+
     /// What a transmission that is 15 % less efficient costs: the share of the load alone.
     #[test]
     fn a_weak_transmission_shows_in_the_motor_alone() {
