@@ -16,6 +16,8 @@ use crate::{
 
 /// So many usual intervals apart, flights stand for themselves only.
 const GAP_INTERVALS: f64 = 5.0;
+/// Per cent of the earlier intervals are not longer than a usual one, gaps left out.
+const USUAL: usize = 90;
 /// Fewest intervals of which one is usual.
 const INTERVALS: usize = 3;
 /// Hours from which those before the first flight take their pace; also the recent ones.
@@ -117,12 +119,13 @@ impl WearClock {
                 continue;
             };
             let fh = flight.t_fh - t_fh;
-            let apart = intervals.len() >= INTERVALS && fh > GAP_INTERVALS * intervals[intervals.len() / 2];
+            let usual_fh = intervals.get(USUAL * intervals.len() / 100).copied().unwrap_or_default();
+            let apart = intervals.len() >= INTERVALS && fh > GAP_INTERVALS * usual_fh;
             let pace = if apart { sums.worn_h / sums.known_fh } else { flight.pace };
             if !apart {
                 sums.add(fh, flight);
+                intervals.insert(intervals.partition_point(|other| *other < fh), fh);
             }
-            intervals.insert(intervals.partition_point(|other| *other < fh), fh);
             knots.push(Knot { t_fh: flight.t_fh, worn_h: worn_h + pace * fh, sums });
         }
         Self { began_fh, first_pace, knots }

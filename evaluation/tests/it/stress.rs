@@ -5,9 +5,8 @@ use std::{borrow::Cow, fs, path::Path};
 use domain::{FaultModel, FaultVector};
 use numerics::{Stream, quantile};
 use prognosis::{
-    Block, EndedLife, Ending, Estimator, Filter, Flight, Growth, GrowthLaws, Limits, Observation, PaceLaw, Paced,
-    PredictionSettings, REFERENCE_LIMIT, Scale, WearClock, fit_residual_noise, scale::reference_deviation,
-    scale::reference_faults,
+    EndedLife, Ending, Estimator, Flight, Growth, GrowthLaws, Limits, Observation, PaceLaw, Paced, PredictionSettings,
+    Scale, fit_residual_noise, scale::reference_deviation, scale::reference_faults,
 };
 
 const SEED: u64 = 1;
@@ -76,51 +75,6 @@ fn learned(lives: &[EndedLife], model: &FaultModel) -> (PaceLaw, GrowthLaws) {
     let aged: Vec<EndedLife> = lives.iter().map(|life| life.aged(&lesson.law)).collect();
     let laws = GrowthLaws::learn(&aged, model, SEED).unwrap();
     (lesson.law, laws)
-}
-
-/// Sliding wear slows down, and no scar reaches 50 microns: what is forecast is the scar under 100 g, from those under 10
-/// and 50 g.
-#[test]
-fn wear_under_a_load_follows_from_that_under_lighter_ones() {
-    let wear = records("metalwear.csv", |row| Record {
-        unit: row[1].to_owned(),
-        time: number(row[2]),
-        severity: number(row[0]) / 50.0,
-        load: Some(number(row[3]) / 30.0),
-        temperature: None,
-    });
-    let scale = Scale { characteristic_life: 500.0 };
-    let model = reference_faults(vec!["scar".to_owned()]);
-    let (light, heavy): (Vec<_>, Vec<_>) = wear.into_iter().partition(|record| record.load < Some(2.0));
-    let (law, laws) = learned(&lives(&light, &scale), &model);
-    let half = 1.645 * law.exponent.sd;
-    let within = [law.exponent.mean - half, law.exponent.mean + half];
-    println!("p within {within:?}");
-    assert!(within[1] >= 2.7 && within[0] <= 4.2, "p within {within:?}");
-    let most = &laws.laws[0];
-    let last: Vec<&Record> = heavy.iter().filter(|record| record.time == 500.0).collect();
-    let errors = last.iter().map(|record| {
-        let flights = [Flight { t_fh: 0.0, load: record.load, temperature: None, by_motor: false }];
-        let centre_fh = WearClock::new(&law, 0.0, &flights).worn_h(scale.reference_fh(record.time));
-        let block = Block {
-            index: 0,
-            observations: 0..1,
-            centre_fh,
-            mean: vec![0.0],
-            variance: vec![1e-6],
-            sigma: vec![1e-3],
-            scatter: vec![0.0],
-            load: None,
-            temperature: None,
-        };
-        let expected = Filter::new(&model, &most.prior).expect(&block)[0].mean;
-        let microns = 50.0 * most.coordinate.deviation(expected) / REFERENCE_LIMIT;
-        println!("{}: {microns:.1} microns where {:.1} were seen", record.unit, 50.0 * record.severity);
-        (microns / (50.0 * record.severity)).ln().abs()
-    });
-    let median = quantile::median(&quantile::sorted(errors.collect())).unwrap();
-    println!("median absolute log error {median:.3}");
-    assert!(median <= 0.25, "{median}");
 }
 
 /// Devices at 150 and 195 C tell how long those at 237 C last, before anything is seen of them.
