@@ -10,6 +10,8 @@ use prognosis::{
 use crate::exit::Failure;
 
 const SEED: u64 = 1;
+/// What is learned of growth is sought about the pace of the reference.
+const USUAL_PACE: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 
 /// What lives of one fleet have taught, in reference hours and deviations.
 #[derive(Debug)]
@@ -57,10 +59,17 @@ fn noise(teach: &Records, scale: &Scale) -> Result<Vec<f64>, Failure> {
 
 /// What lives taught of the pace of wear, in words.
 pub fn told_pace(lesson: &PaceLesson) -> String {
-    let PaceLaw { exponent, temperature, .. } = &lesson.law;
+    let PaceLaw { exponent, temperature, missions, .. } = &lesson.law;
     let (gain, is) = (lesson.gain, if lesson.is_believed() { "believed" } else { "not believed, both count as 0" });
+    let usual = missions.mean.exp();
+    let far = match lesson.is_believed() && !USUAL_PACE.contains(&usual) {
+        true => format!(
+            "; these lives wear at {usual:.2} times the pace of the reference: tell a reference near what they flew"
+        ),
+        false => String::new(),
+    };
     format!(
-        "wear goes with load to the power {:.2} (sd {:.2}) and exp({:.3} x temperature) (sd {:.3}): {is}, by {gain:.1} nats of evidence",
+        "wear goes with load to the power {:.2} (sd {:.2}) and exp({:.3} x temperature) (sd {:.3}): {is}, by {gain:.1} nats of evidence{far}",
         exponent.mean, exponent.sd, temperature.mean, temperature.sd
     )
 }

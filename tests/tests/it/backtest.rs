@@ -471,3 +471,75 @@ fn slow_the_public_lives_are_predicted_as_well_as_in_the_benchmark() {
     let line = bench.refused(&["--histories", &public, "--prior", &cut]);
     assert!(line.contains("cut.csv") && line.contains("has to end with its failure"), "{line}");
 }
+
+/// The lives of a file, each flown at a load of its own that wears by its square: a third in turn lighter, as they were, harder.
+fn flown(name: &str) -> String {
+    let text = fs::read_to_string(fixture(name)).unwrap();
+    let mut lines = text.lines();
+    let mut loads = BTreeMap::new();
+    let mut table = format!("{}\n", lines.next().unwrap());
+    for line in lines {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let turn = loads.len();
+        let load = *loads.entry(fields[0].clone()).or_insert([0.8, 1.0, 1.25][turn % 3]);
+        fields[2] = (fields[2].parse::<f64>().unwrap() / (load * load)).to_string();
+        (fields[3], fields[4]) = (load.to_string(), String::new());
+        table += &(fields.join(",") + "\n");
+    }
+    table
+}
+
+#[test]
+fn load_acts_where_the_lives_that_teach_say_so_and_a_plan_tells_the_load_to_come() {
+    let bench = Bench::new();
+    let prior = bench.file("prior.csv", &flown("rul/histories_prior.csv"));
+    let judged = bench.file("judged.csv", &flown("rul/histories.csv"));
+    let plan = bench.file("plan.csv", "run_id,from_fh,load,temp\n5,0,0.8,\n5,1200,1.6,\n");
+    let run = |out: &str, flags: &[&str]| {
+        let files = ["--histories", &judged, "--prior", &prior, "--estimator", "rbg-constant"];
+        let output = bench.command(out, &[&files, flags].concat()).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{said}");
+        (said, rows(&bench.read(&format!("{out}/predictions.csv"))))
+    };
+    let (said, by_load) = run("by_load", &["--load", "load"]);
+    let exponent = said.split("load to the power ").nth(1).expect("what was learned is told");
+    let exponent: f64 = exponent.split(' ').next().unwrap().parse().unwrap();
+    assert!((exponent - 2.0).abs() < 0.5 && said.contains(": believed"), "{said}");
+    let (said, _) = run("far", &["--load", "load=3"]);
+    assert!(said.contains("tell a reference near what they flew"), "{said}");
+    let (_, planned) = run("planned", &["--load", "load", "--plan", &plan]);
+    let key = |run: &str, t_fh: &str| ["rbg_constant", run, t_fh].map(str::to_owned);
+    let median =
+        |rows: &BTreeMap<[String; 3], Vec<String>>, run: &str| -> f64 { rows[&key(run, "1200")][15].parse().unwrap() };
+    let (as_ever, harder) = (median(&by_load, "5"), median(&planned, "5"));
+    println!("p {exponent}; medians {as_ever} h, {harder} h at twice the load");
+    assert!(harder < 0.4 * as_ever, "{harder} and {as_ever}");
+    assert_eq!(by_load[&key("28", "1200")], planned[&key("28", "1200")], "a plan tells of its own life");
+}
+
+#[test]
+fn loads_that_make_no_sense_are_refused_in_one_line() {
+    let bench = Bench::new();
+    let good = bench.file("good.csv", &flown("rul/histories.csv"));
+    let bad = bench.file("bad.csv", "run_id,t_fh,load,k1,k2,k3,k4,k5\na,0,-1,0,0,0,.5,.5\na,4,1,0,0,0,.5,.5\n");
+    let says = |flags: &[&str], expected: &str| {
+        let refused = bench.refused(&[&["--histories", &good], flags].concat());
+        assert!(refused.contains(expected), "{refused} should say {expected}");
+    };
+    let taught = |flags: &[&'static str]| -> Vec<String> {
+        [&["--prior", good.as_str()], flags].concat().into_iter().map(str::to_owned).collect()
+    };
+    let says_taught = |flags: &[&'static str], expected: &str| {
+        let flags = taught(flags);
+        says(&flags.iter().map(String::as_str).collect::<Vec<_>>(), expected);
+    };
+    says(&["--load", "load"], "need the lives of --prior");
+    says(&["--prior", &bad, "--load", "load"], "bad.csv, row 2, column load: a load of -1 is below zero");
+    says_taught(&["--load", "force"], "force");
+    says_taught(&["--load", "load=0"], "not above zero");
+    says_taught(&["--temperature", "temp:F"], "neither C nor K");
+    says_taught(&["--plan", "plan.csv"], "--load or --temperature");
+    let plan = bench.file("plan.csv", "run_id,from_fh,load\n5,0,1\n5,0,2\n");
+    says(&["--prior", &good, "--load", "load", "--plan", &plan], "another stretch from 0 h");
+}

@@ -65,3 +65,59 @@ async fn a_question_is_answered_in_words_or_as_the_service_says_it() {
     let absent = tests::run(&["what-if", "--url", "http://127.0.0.1:9", "--tail", &tail, "--position", position]);
     assert_eq!(absent.status.code(), Some(3));
 }
+
+/// Two tails, one of them on short hops: the answers say why its actuators are due earlier, and what a transfer would change.
+#[tokio::test]
+async fn missions_are_told_apart_by_their_pace_and_a_transfer_can_be_asked_and_planned() {
+    let folder = tempfile::tempdir().unwrap();
+    let paced = folder.path().join("paced.json").display().to_string();
+    let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/default.json").display().to_string();
+    let told = ["--exponent", "2", "--exponent-sd", "0.2", "--temperature", "0.3", "--out", &paced];
+    said(&tests::run(&[&["model", "pace", "--model", &shipped][..], &told].concat()));
+    let database = folder.path().join("fleet.sqlite");
+    let service = Service::start(&database, 0);
+    let url = format!("sqlite:{}", database.display());
+    let hash = said(&tests::run(&["model", "add", &paced, "--database-url", &url]));
+    said(&tests::run(&["model", "activate", &hash[..12], "--database-url", &url]));
+    let fleet = ["simulate", "fleet", "--url", &service.url, "--tails", "2", "--positions", "1"];
+    said(&tests::run(&[&fleet[..], &["--physics", "closed-form", "--missions", "short-haul,cruise"]].concat()));
+    service.settled_fleet().await;
+
+    let rul = async |tail: &str| service.get(&format!("/v1/tails/{tail}/positions/AIL-L/rul")).await;
+    let pace = |rul: &Value| rul["pace"]["now"].as_f64().expect("a pace");
+    let (short, cruise) = (rul("EC-A001").await, rul("EC-A002").await);
+    assert!(pace(&short) > 1.2 * pace(&cruise), "{} and {}", short["pace"], cruise["pace"]);
+    assert!(short["pace"]["known_share"].as_f64().unwrap() > 0.9, "{}", short["pace"]);
+    let b = &short["propagation"]["control_matrix"][0];
+    assert!(b[1].as_f64().unwrap() != 0.0 && b[2].as_f64().unwrap() != 0.0, "load and temperature have columns: {b}");
+
+    let place = ["--tail", "EC-A002", "--position", "AIL-L", "--json"];
+    let ask = |arguments: &[&str]| -> Value {
+        serde_json::from_str(&said(&what_if(&service, &[&place[..], arguments].concat()))).unwrap()
+    };
+    let median = |rul: &Value| rul["rul_fh"]["p50"].as_f64().unwrap_or(10_000.0);
+    let harder = ask(&["--load-factor", "1.4", "--temperature-offset", "10"]);
+    assert_eq!(harder["now"], cruise);
+    assert!(
+        median(&harder["assumed"]) < 0.65 * median(&cruise),
+        "{} and {}",
+        harder["assumed"]["rul_fh"],
+        cruise["rul_fh"]
+    );
+    assert_eq!(rul("EC-A002").await, cruise, "asking changes nothing");
+
+    let load = 1.4 * cruise["pace"]["load"].as_f64().unwrap();
+    let plan = serde_json::json!({ "stretches": [{ "from": "2020-01-01", "load": load, "mission": "short-haul" }] });
+    let put = tests::http().put(format!("{}/v1/tails/EC-A002/plan", service.url)).json(&plan).send().await.unwrap();
+    assert!(put.status().is_success(), "{}", put.text().await.unwrap());
+    let mut planned = rul("EC-A002").await;
+    for _ in 0..600 {
+        if planned["rul_fh"] != cruise["rul_fh"] {
+            break;
+        }
+        tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+        planned = rul("EC-A002").await;
+    }
+    assert!(median(&planned) < 0.7 * median(&cruise), "{} and {}", planned["rul_fh"], cruise["rul_fh"]);
+    assert_eq!(planned["pace"]["last_200_fh"], cruise["pace"]["last_200_fh"], "what was flown stays");
+}
