@@ -70,8 +70,7 @@ pub fn of_rest(method: &str, path: &str) -> Expectation {
         ("post", "/v1/tails/{tail}/sensor-configurations") => (Admins, 201),
         ("get", "/v1/tails/{tail}/plan") => (Readers, 200),
         ("put", "/v1/tails/{tail}/plan") => (Planners, 200),
-        // What is at the position of each world has no forecast yet.
-        ("post", "/v1/tails/{tail}/positions/{position}/what-if") => (Readers, 409),
+        ("post", "/v1/tails/{tail}/positions/{position}/what-if") => (Readers, 200),
         ("get", "/v1/components/{part}/{serial}" | "/v1/components/{part}/{serial}/health") => (Readers, 200),
         ("get", "/v1/models" | "/v1/models/{hash}" | "/v1/models/{hash}/mask") => (Known, 200),
         _ => panic!("{method} {path}: nothing is expected of it yet: say here who may call it"),
@@ -98,9 +97,7 @@ pub fn of_grpc(path: &str) -> Expectation {
     };
     // A stream goes on after a message that is refused.
     let other_tail = if path.ends_with("/UploadStream") { 0 } else { 7 };
-    // What is at the position of each world has no forecast yet.
-    let success = if path.ends_with("/WhatIf") { 9 } else { 0 };
-    Expectation { allowed, success, other_tail }
+    Expectation { allowed, success: 0, other_tail }
 }
 
 /// A value of a parameter, by its name.
