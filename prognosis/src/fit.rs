@@ -81,16 +81,6 @@ pub fn fit_prior_from(
     if lives.is_empty() {
         return Err(NoHistory { histories: histories.len() });
     }
-    Ok(fit_blocks_from(guess, &lives, model, settings))
-}
-
-/// The same from the blocks of lives.
-pub(crate) fn fit_blocks_from(
-    guess: FleetPrior,
-    lives: &[Vec<Block>],
-    model: &FaultModel,
-    settings: &FitSettings,
-) -> FleetPrior {
     let parent = Summary::of_parent(&guess, settings.parent_lives, model);
     let mut prior = guess;
     for _ in 0..settings.rounds {
@@ -99,12 +89,41 @@ pub(crate) fn fit_blocks_from(
         let factors = [1.0, step, 1.0 / step];
         let candidates = factors[..if stays { 1 } else { 3 }].iter().map(|factor| {
             let candidate = FleetPrior { process_noise: factor * prior.process_noise, ..prior.clone() };
-            let summary = expect(lives, model, &candidate);
+            let summary = expect(&lives, model, &candidate);
             (candidate, summary)
         });
         let best = candidates.reduce(|a, b| if b.1.log_evidence > a.1.log_evidence { b } else { a });
         let (candidate, summary) = best.expect("a candidate");
         prior = summary.maximise(&candidate, &parent);
+    }
+    Ok(prior)
+}
+
+/// The prior of the blocks of lives, learned until their evidence gains no more than a twentieth nat a round.
+pub(crate) fn fit_to_the_end(guess: FleetPrior, lives: &[Vec<Block>], model: &FaultModel) -> FleetPrior {
+    /// Most rounds, the first step of the process noise, and the last.
+    const MOST: usize = 30;
+    const FIRST_FACTOR: f64 = 1.5;
+    const LAST_FACTOR: f64 = 1.06;
+    const GAIN: f64 = 0.05;
+    let (mut prior, mut factor, mut reached) = (guess, FIRST_FACTOR, f64::NEG_INFINITY);
+    for _ in 0..MOST {
+        let factors = [1.0, factor, 1.0 / factor];
+        let candidates = factors[..if factor > LAST_FACTOR { 3 } else { 1 }].iter().map(|factor| {
+            let candidate = FleetPrior { process_noise: factor * prior.process_noise, ..prior.clone() };
+            let summary = expect(lives, model, &candidate);
+            (candidate, summary)
+        });
+        let best = candidates.reduce(|a, b| if b.1.log_evidence > a.1.log_evidence { b } else { a });
+        let (candidate, summary) = best.expect("a candidate");
+        if candidate.process_noise == prior.process_noise {
+            factor = factor.sqrt();
+        }
+        if factor <= LAST_FACTOR && summary.log_evidence - reached < GAIN {
+            break;
+        }
+        reached = summary.log_evidence;
+        prior = summary.maximise(&candidate, &Summary::default());
     }
     prior
 }

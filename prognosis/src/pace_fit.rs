@@ -16,7 +16,7 @@ use crate::{
     block::{Block, blocks},
     coordinate::Coordinate,
     ended::EndedLife,
-    fit::{FitSettings, evidence_each, fit_blocks_from},
+    fit::{evidence_each, fit_to_the_end},
     missions::Missions,
     pace::{Basis, Coefficient, PaceLaw},
     prior::FleetPrior,
@@ -32,8 +32,6 @@ const PARABOLOIDS: usize = 3;
 const REACH: f64 = 3.0;
 /// Evidence that makes load and temperature believed, nats.
 const BELIEVED: f64 = 5.0;
-/// Rounds of fitting a prior on for each pair.
-const ROUNDS: FitSettings = FitSettings { rounds: 3, parent_lives: 0.0, noise_factor: 1.15 };
 /// Loads of the lives that count as seen, by quantile.
 const SEEN: [f64; 2] = [0.02, 0.98];
 
@@ -147,7 +145,7 @@ impl Search<'_> {
 
     fn evidence(&self, pair: [f64; 2], prior: &FleetPrior) -> Tried {
         let lives = self.aged(pair);
-        let prior = fit_blocks_from(prior.clone(), &lives, self.model, &ROUNDS);
+        let prior = fit_to_the_end(prior.clone(), &lives, self.model);
         let each = evidence_each(&lives, self.model, &prior);
         let weighed: f64 = each.iter().zip(&self.shares).map(|(evidence, share)| evidence * share).sum();
         let before = |i: usize| {
