@@ -7,6 +7,11 @@
 //! eta_I is negative, and the motor must push the load down.
 //! Units: N m at the motor's shaft unless a name says otherwise. Source: Berri 2021, section 5.1 and appendix A.
 
+/// Efficiency that gears usually have under a load that opposes the motion.
+pub const USUAL_EFFICIENCY: f64 = 0.8;
+/// Torque at the actuator's output that the mean hinge moment of its surface makes, N m: linkages are laid out for it.
+pub const USUAL_OUTPUT_NM: f64 = 72.0;
+
 /// Gears with losses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transmission {

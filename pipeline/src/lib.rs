@@ -58,5 +58,5 @@ pub use outlook::Outlook;
 pub use prior::Prior;
 pub use reduction::{ImportanceSampling, Prior as GappyPrior};
 pub use rehearsal::RehearsalError;
-pub use training::{Progress, TrainError, TrainSettings, train};
+pub use training::{Progress, TrainError, TrainSettings, motor_calibration, train};
 pub use walk::OutlookError;

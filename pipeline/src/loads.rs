@@ -117,10 +117,18 @@ pub fn known_load(estimate: &Estimate, motor: Option<&MotorCalibration>) -> Opti
     Some((motor?.load(motor_ratio(estimate)?), LoadTeller::Motor))
 }
 
-/// Mean size of the load ratio of an estimate for the healthy share of the windings, which is in proportion to the torque: a
-/// winding with shorted turns needs 1/(mean healthy share) of the current for it. As measured where there is no diagnosis.
+/// Mean size of the load ratio of an estimate as its windings would show it without shorts; as measured where there is no
+/// diagnosis.
 pub fn motor_ratio(estimate: &Estimate) -> Option<f64> {
+    let ratio = estimate.load_ratio?;
     let faults = estimate.usable().and_then(|diagnosis| ElectricalFaults::try_from(&diagnosis.fault_vector).ok());
-    let healthy = faults.map_or(1.0, |faults| faults.healthy().iter().sum::<f64>() / 3.0);
-    Some(estimate.load_ratio? * healthy)
+    Some(faults.map_or(ratio, |faults| torque_share(ratio, faults.shorted())))
+}
+
+/// A load ratio without what shorted windings add to it. A winding with less turns needs more current for the same torque, and the
+/// shorted ones brake: r = (R T/(k^2 w) + S/2)/(1 - S/3), with S the sum of the shorted shares and T the torque
+/// without that braking (see [`ema::closed_form::steady_load_ratio`]).
+pub(crate) fn torque_share(ratio: f64, shorted: [f64; 3]) -> f64 {
+    let sum: f64 = shorted.iter().sum();
+    ratio * (1.0 - sum / 3.0) - 0.5 * sum
 }

@@ -10,6 +10,9 @@
 mod diagnosis;
 mod fleet;
 mod maps;
+mod motor;
+
+pub use motor::motor_calibration;
 
 use ::diagnosis::TrainingError;
 use domain::{FaultModel, FaultVector, Invalid};
@@ -138,6 +141,9 @@ pub fn train(
     let (surrogate, surrogate_metrics) = training.surrogate(&samples, &paths)?;
     progress.stage("learning the fleet prior", 1);
     let prior = fleet::prior(&fleet, &training.faults, &surrogate, settings.seed)?;
+    progress.stage("calibrating the motor", 1);
+    let motor = motor_calibration(&settings.motor, &diagnosis.masks[0], settings.seed);
+    progress.step();
     Ok(Bundle {
         format: Bundle::FORMAT,
         provenance: Provenance {
@@ -159,7 +165,7 @@ pub fn train(
             surrogate,
             metrics: Metrics { diagnosis: diagnosis.metrics, surrogate: surrogate_metrics },
         })),
-        loads: Some(LoadModel::reference(settings.seed)),
+        loads: Some(LoadModel { motor, ..LoadModel::reference(settings.seed) }),
         prior: prior.into(),
     })
 }

@@ -1,18 +1,16 @@
 //! From a surface to the motor that moves it: mean moments, linkages, gears.
 
 use domain::sensor_configuration::{HingePosition, Surface};
-use ema::motor::Motor;
+use ema::{
+    motor::Motor,
+    transmission::{USUAL_EFFICIENCY, USUAL_OUTPUT_NM},
+};
 
 use airframe::reference::MEAN_HINGE_MOMENTS;
 
-/// Efficiency of the gears of a healthy unit under a load that opposes the motion.
-pub const OPPOSING_EFFICIENCY: f64 = 0.8;
-/// Torque at the actuator's output that the mean hinge moment of any surface makes, N m: linkages are laid out for it.
-const MEAN_OUTPUT_NM: f64 = 72.0;
-
 /// The motor of a unit whose gears have an efficiency relative to that of healthy ones.
 pub fn motor(relative_efficiency: f64) -> Motor {
-    Motor { opposing_efficiency: OPPOSING_EFFICIENCY * relative_efficiency, ..Motor::default() }
+    Motor { opposing_efficiency: USUAL_EFFICIENCY * relative_efficiency, ..Motor::default() }
 }
 
 /// Size of the mean hinge moment of a surface of the wing, N m: load 1; `None` for no surface.
@@ -26,5 +24,5 @@ pub fn mean_moment_nm(position: HingePosition) -> Option<f64> {
 
 /// Torque at the actuator's output per hinge moment of a surface with this mean moment.
 pub fn output_per_moment(mean_nm: f64) -> f64 {
-    MEAN_OUTPUT_NM / mean_nm
+    USUAL_OUTPUT_NM / mean_nm
 }
