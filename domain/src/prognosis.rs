@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    AsOf, ContentHash, Doubt, Ensemble, Explanation, HingeLoad, Pace, RulDistribution, Timestamp,
+    AsOf, ContentHash, Doubt, Ensemble, Explanation, HingeLoad, LoadAgreement, Pace, RulDistribution, Timestamp,
     block::MIN_OBSERVATIONS,
 };
 
@@ -48,6 +48,9 @@ pub struct Prognosis {
     /// The actuator's load in the newest data that tells it.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub load: Option<HingeLoad>,
+    /// Whether motor and wing tell of the same loads; `None` where they cannot be compared.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub load_agreement: Option<LoadAgreement>,
     /// Mask of the newest upload; `None` of an own diagnosis.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub mask_id: Option<ContentHash>,

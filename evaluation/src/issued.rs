@@ -100,6 +100,7 @@ mod tests {
             },
             forecast: Ok(forecast),
             load: None,
+            load_agreement: None,
             mask_id: Some(ContentHash::of(b"mask")),
             model: ContentHash::of(b"model"),
             prior: ContentHash::of(b"prior"),

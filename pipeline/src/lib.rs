@@ -18,6 +18,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+mod agreement;
 mod bundle;
 mod chain;
 mod checkpoint;

@@ -8,7 +8,7 @@ use airframe::{
     strain::Layout,
 };
 use domain::{Estimate, HingeLoad, Invalid, SensorConfiguration, Upload, sensor_configuration::Surface};
-use ema::{faults::ElectricalFaults, wear::AMBIENT_TEMPERATURE};
+use ema::{closed_form::healthy_load_ratio, faults::ElectricalFaults, wear::AMBIENT_TEMPERATURE};
 use numerics::Stream;
 use prognosis::MotorCalibration;
 use serde::{Deserialize, Serialize};
@@ -122,13 +122,5 @@ pub fn known_load(estimate: &Estimate, motor: Option<&MotorCalibration>) -> Opti
 pub fn motor_ratio(estimate: &Estimate) -> Option<f64> {
     let ratio = estimate.load_ratio?;
     let faults = estimate.usable().and_then(|diagnosis| ElectricalFaults::try_from(&diagnosis.fault_vector).ok());
-    Some(faults.map_or(ratio, |faults| torque_share(ratio, faults.shorted())))
-}
-
-/// A load ratio without what shorted windings add to it. A winding with less turns needs more current for the same torque, and the
-/// shorted ones brake: r = (R T/(k^2 w) + S/2)/(1 - S/3), with S the sum of the shorted shares and T the torque
-/// without that braking (see [`ema::closed_form::steady_load_ratio`]).
-pub(crate) fn torque_share(ratio: f64, shorted: [f64; 3]) -> f64 {
-    let sum: f64 = shorted.iter().sum();
-    ratio * (1.0 - sum / 3.0) - 0.5 * sum
+    Some(faults.map_or(ratio, |faults| healthy_load_ratio(&faults, ratio)))
 }

@@ -18,6 +18,7 @@ use prognosis::{
 
 use crate::{
     Course, LifeContext, Model,
+    agreement::load_agreement,
     checkpoint::Checkpoint,
     course::{Contested, Unusable},
     draws::{self, SEED},
@@ -91,6 +92,7 @@ impl Model {
             as_of: newest.as_of(),
             forecast,
             load: course.usable.iter().rev().find_map(|estimate| estimate.load.clone()),
+            load_agreement: load_agreement(&course.usable, self.motor(&context.prior.body)),
             mask_id: newest.mask_id,
             model: self.hash,
             prior: context.prior.hash,

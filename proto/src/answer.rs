@@ -18,5 +18,5 @@ pub use model::{MaskAnswer, ModelItem};
 pub use page::Page;
 pub use plan::{PlanAnswer, PlannedItem};
 pub use rul::{EndOfLife, FailureProbability, Fault, FaultsByName, MonteCarlo, RulAnswer, RulQuantiles};
-pub use tail::{DisplacedItem, PositionItem, TailAnswer, TailItem};
+pub use tail::{DisplacedItem, PositionItem, TailAnswer, TailDisagreement, TailItem};
 pub use what_if::{AskedProbability, WhatIfAnswer};

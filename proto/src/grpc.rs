@@ -2,6 +2,7 @@
 
 mod answer;
 mod due;
+mod agreement;
 mod explanation;
 mod field_path;
 mod history;

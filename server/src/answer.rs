@@ -55,6 +55,7 @@ pub fn rul_by(state: &State, installed: &Installed, within_fh: Option<&[f64]>, f
         doubts: forecast.map(|forecast| forecast.doubts.clone()),
         load: prognosis.and_then(|prognosis| prognosis.load.clone()),
         pace: forecast.and_then(|forecast| forecast.pace.clone()),
+        load_agreement: prognosis.and_then(|prognosis| prognosis.load_agreement.clone()),
         propagation: forecast.map(|forecast| forecast.propagation.clone()),
         monte_carlo: forecast.map(|forecast| MonteCarlo {
             draws: forecast.rul.draws(),

@@ -1,6 +1,7 @@
 //! Pages for people: the fleet, worst first, and one component (plain HTML and SVG made here), and the
 //! interface's description.
 
+mod agreement;
 mod chart;
 mod component;
 mod course;

@@ -8,6 +8,7 @@
 use domain::{FaultVector, Mask};
 use ema::{
     back_emf::Awaited,
+    closed_form::healthy_load_ratio,
     faults::ElectricalFaults,
     lf2::Parameters,
     life::simulate_life,
@@ -20,8 +21,6 @@ use ema::{
 use numerics::Stream;
 use prognosis::{LoadPair, MotorCalibration};
 use rayon::prelude::*;
-
-use crate::loads::torque_share;
 
 /// Units, and the flights of each.
 const UNITS: u64 = 12;
@@ -62,7 +61,7 @@ fn fly(motor: &Motor, [faults, seen]: [&FaultVector; 2], mask: &Mask, mut stream
     let map = simulate_map_until(Model::HighFidelity, motor, &faults, &stroke, &settings, awaited);
     let ratios: Vec<f64> = mask.bins().iter().filter_map(|&bin| map.r[bin]).collect();
     let mean = ratios.iter().map(|ratio| ratio.abs()).sum::<f64>() / ratios.len() as f64;
-    let shorted = ElectricalFaults::try_from(seen).ok()?.shorted();
+    let seen = ElectricalFaults::try_from(seen).ok()?;
     let seen_load = load * (1.0 + WING_ERROR * stream.normal());
-    (!ratios.is_empty()).then(|| LoadPair { load: seen_load, ratio: torque_share(mean, shorted) })
+    (!ratios.is_empty()).then(|| LoadPair { load: seen_load, ratio: healthy_load_ratio(&seen, mean) })
 }

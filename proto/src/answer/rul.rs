@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use domain::{
-    AsOf, Doubt, Ensemble, Explanation, FaultTrend, HingeLoad, Pace, Propagation, RulDistribution, Status,
+    AsOf, Doubt, Ensemble, Explanation, FaultTrend, HingeLoad, LoadAgreement, Pace, Propagation, RulDistribution, Status,
     UtilisationSource,
 };
 use serde::{Deserialize, Serialize};
@@ -76,6 +76,10 @@ pub struct RulAnswer {
     #[schema(required)]
     #[serde(default)]
     pub pace: Option<Pace>,
+    /// Whether motor and wing tell of the same loads; null where they cannot be compared.
+    #[schema(required)]
+    #[serde(default)]
+    pub load_agreement: Option<LoadAgreement>,
     /// The refitted propagation model.
     #[schema(required)]
     pub propagation: Option<Propagation>,

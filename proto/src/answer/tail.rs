@@ -1,6 +1,6 @@
 //! Tails and what is installed on them.
 
-use domain::Status;
+use domain::{Disagreement, DisagreementKind, Status, Timestamp};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -39,7 +39,29 @@ pub struct TailAnswer {
     /// Components that were last on this tail, lost their place to others and were never removed: their places are
     /// unknown.
     pub displaced: Vec<DisplacedItem>,
+    /// Where motors and wing tell of different loads; empty where they agree or cannot be compared.
+    #[serde(default)]
+    pub load_disagreements: Vec<TailDisagreement>,
 }
+
+/// A lasting difference between what the wing of a tail and some of its motors tell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TailDisagreement {
+    /// The positions.
+    #[schema(example = json!(["AIL-L"]))]
+    pub positions: Vec<String>,
+    /// What is likely to be behind it.
+    pub kind: DisagreementKind,
+    /// When the first flight of it was recorded.
+    #[schema(format = "date-time", example = "2026-03-01T12:30:00Z", value_type = String)]
+    pub since: Timestamp,
+    /// The finding in words, with the figures.
+    #[schema(example = "since 1220 fh the motor works 17.4 +- 1.6 % more for every moment")]
+    pub detail: String,
+}
+
+/// Disagreements that begin within so many hours of one another on all units of a wing are the wing's.
+const SAME_TIME_H: f64 = 240.0;
 
 /// A component without a known place.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -111,14 +133,55 @@ impl TailAnswer {
     /// A tail with the remaining lives of its positions, and of what was last on it.
     pub fn new(tail: String, prognoses: Vec<RulAnswer>, displaced: Vec<RulAnswer>) -> Self {
         let TailItem { tail, status, rul_p10_fh, .. } = TailItem::new(tail, &prognoses);
+        let load_disagreements = disagreements(&prognoses);
         Self {
             tail,
             status,
             rul_p10_fh,
             positions: prognoses.into_iter().map(PositionItem::from).collect(),
             displaced: displaced.into_iter().map(DisplacedItem::from).collect(),
+            load_disagreements,
         }
     }
+}
+
+/// What the motors of a tail and its wing disagree in. What all of them have from the same time on is the wing's own: its sensor
+/// configuration is not what it was.
+fn disagreements(prognoses: &[RulAnswer]) -> Vec<TailDisagreement> {
+    let compared: Vec<(&RulAnswer, &[Disagreement])> = prognoses
+        .iter()
+        .filter_map(|body| Some((body, body.load_agreement.as_ref()?.disagreements.as_slice())))
+        .collect();
+    let of_motor = |one: &&Disagreement| one.kind != DisagreementKind::Grating;
+    let begun = compared.iter().filter_map(|(_, found)| found.iter().filter(of_motor).map(|one| one.since).min());
+    let begun: Vec<Timestamp> = begun.collect();
+    let span_h = begun.iter().max().zip(begun.iter().min()).map(|(last, first)| last.hours_since(*first));
+    let of_wing = compared.len() > 1 && begun.len() == compared.len() && span_h.is_some_and(|hours| hours <= SAME_TIME_H);
+    let mut told = Vec::new();
+    if of_wing {
+        let wing = TailDisagreement {
+            positions: compared.iter().map(|(body, _)| body.position.clone()).collect(),
+            kind: DisagreementKind::SensorConfiguration,
+            since: begun.into_iter().min().expect("more than one"),
+            detail: "all motors that can be compared disagree with the wing from the same time on: the wing is read by a wrong \
+                     sensor configuration"
+                .to_owned(),
+        };
+        told.push((None, wing));
+    }
+    for (body, one) in compared.iter().flat_map(|(body, found)| found.iter().map(move |one| (body, one))) {
+        let is_grating = one.kind == DisagreementKind::Grating;
+        let same = |known: &&mut (Option<u8>, TailDisagreement)| is_grating && known.0 == one.grating;
+        match told.iter_mut().find(same) {
+            Some((_, known)) => known.positions.push(body.position.clone()),
+            None if of_wing && !is_grating => {}
+            None => {
+                let (positions, kind, since, detail) = (vec![body.position.clone()], one.kind, one.since, one.detail.clone());
+                told.push((one.grating, TailDisagreement { positions, kind, since, detail }));
+            }
+        }
+    }
+    told.into_iter().map(|(_, disagreement)| disagreement).collect()
 }
 
 impl TailItem {

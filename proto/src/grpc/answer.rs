@@ -47,6 +47,7 @@ impl From<answer::RulAnswer> for v1::Rul {
             pending_uploads: body.pending_uploads,
             advisory: body.advisory,
             load: body.load.map(Into::into),
+            load_agreement: body.load_agreement.map(Into::into),
             explanation: body.explanation.map(Into::into),
             doubts: each(body.doubts.unwrap_or_default()),
             found_failed_fh: body.found_failed_fh,
@@ -187,6 +188,7 @@ impl From<answer::TailAnswer> for v1::TailDetail {
             rul_p10_fh: tail.rul_p10_fh,
             positions: each(tail.positions),
             displaced: each(tail.displaced),
+            load_disagreements: each(tail.load_disagreements),
         }
     }
 }

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use store::{Installed, LifeBeginning};
 
 use super::{
+    agreement::Agreement,
     course::Course,
     earlier::EarlierPage,
     html,
@@ -40,6 +41,7 @@ struct ComponentPage {
     found_failed: Option<String>,
     warnings: Vec<Warning>,
     reasons: Option<Reasons>,
+    agreement: Option<Agreement>,
     /// Name of a quantile, its remaining life.
     quantiles: Vec<(&'static str, String)>,
     /// Within, probability.
@@ -117,6 +119,7 @@ pub async fn get(
         found_failed: body.found_failed_fh.map(grouped),
         warnings: Warning::all(&body),
         reasons: Reasons::of(&body),
+        agreement: Agreement::of(&body),
         quantiles: quantiles(&body),
         failures: failures(&body),
         faults: fault_rows(&body),

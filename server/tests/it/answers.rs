@@ -9,7 +9,7 @@ use crate::house::{House, doubtful, explanation, forecast};
 
 const RUL: &str = "/v1/tails/EC-MXA/positions/AIL-L/rul";
 const HEALTH: &str = "/v1/tails/EC-MXA/positions/AIL-L/health";
-const FIELDS: [&str; 32] = [
+const FIELDS: [&str; 33] = [
     "tail",
     "position",
     "part_number",
@@ -31,6 +31,7 @@ const FIELDS: [&str; 32] = [
     "doubts",
     "load",
     "pace",
+    "load_agreement",
     "propagation",
     "monte_carlo",
     "model",
@@ -116,6 +117,13 @@ async fn a_forecast_is_told_in_full() {
             "coverage_of_past_forecasts": {"lives": 15, "forecasts": 210, "level_80": 0.78, "level_95": 0.96},
         })
     );
+    let agreement = &body["load_agreement"];
+    assert_eq!((&agreement["efficiency"], &agreement["flights"]), (&json!(0.85), &json!(6)));
+    assert_eq!(agreement["disagreements"][0]["kind"], "efficiency");
+    assert_eq!(agreement["course"][1], json!({"flight_hours": 200.0, "wing": 1.0, "motor": 1.125}));
+    let tail = house.read("/v1/tails/EC-MXA").await;
+    assert_eq!(tail["load_disagreements"][0]["positions"], json!(["AIL-L"]));
+    assert_eq!(tail["load_disagreements"][0]["kind"], "efficiency");
     assert_eq!(body["propagation"]["estimator"], "rbg");
     assert_eq!(body["propagation"]["control_matrix"].as_array().unwrap().len(), 5);
     assert_eq!(
