@@ -52,7 +52,10 @@ pub struct Disagreement {
     #[cfg_attr(feature = "schema", schema(required, example = json!(null)))]
     pub grating: Option<u8>,
     /// The finding in words, with the figures.
-    #[cfg_attr(feature = "schema", schema(example = "since 1220 fh the motor works 17.4 +- 1.6 % more for every moment"))]
+    #[cfg_attr(
+        feature = "schema",
+        schema(example = "since 1220 fh the motor works 17.4 +- 1.6 % more for every moment")
+    )]
     pub detail: String,
 }
 

@@ -68,7 +68,8 @@ impl Bench {
         let place = true_wing.positions[&"FLAP-L".parse().ok()?];
         let target = HingeTarget { position: place, size_nm: load * MEAN_HINGE_MOMENTS.flap_nm };
         true_wing.strain_gratings.iter_mut().for_each(|grating| grating.tare += wrong.tare);
-        let settings = FlightSettings { gain_noise: true_wing.gain_noise, failure_probability: 0.02, ..FlightSettings::hard() };
+        let settings =
+            FlightSettings { gain_noise: true_wing.gain_noise, failure_probability: 0.02, ..FlightSettings::hard() };
         let flight = Flight::draw(&true_wing, &settings, Some(&target), stream);
         let estimator = self.estimator(&self.loads.sensor_configuration);
         let reading = LoadReading { strain: Some(&flight.strain), air_data: Some(&flight.air_data), recorded_at: None };
@@ -81,7 +82,8 @@ impl Bench {
     }
 
     fn estimator(&self, configuration: &SensorConfiguration) -> LoadEstimator {
-        LoadEstimator::new(configuration.clone(), EstimatorSettings::default(), Some(self.loads.envelope)).expect("checked")
+        LoadEstimator::new(configuration.clone(), EstimatorSettings::default(), Some(self.loads.envelope))
+            .expect("checked")
     }
 
     /// Mean size of the load ratio of a healthy motor's stroke under a load.
@@ -151,7 +153,8 @@ fn tell(name: &str, units: &[Vec<JointFlight>], motor: &MotorCalibration) {
 fn main() {
     let mut bundle: Bundle = serde_json::from_slice(include_bytes!("../../models/default.json")).expect("a bundle");
     let mask = bundle.masks()[0].clone();
-    let motor = motor_calibration(&bundle.maps().expect("reads maps").motor, &mask, 1).expect("the motor follows its load");
+    let motor =
+        motor_calibration(&bundle.maps().expect("reads maps").motor, &mask, 1).expect("the motor follows its load");
     println!("{motor:?}");
     let loads = bundle.loads.as_mut().expect("knows loads");
     if let Some(file) = std::env::args().nth(1) {

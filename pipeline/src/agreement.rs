@@ -57,7 +57,11 @@ impl<'a> Told<'a> {
         // abs(M) / ratio is the reference moment.
         let load_sigma = load.sigma_nm * load.ratio / load.hinge_moment_nm.abs().max(f64::MIN_POSITIVE);
         let joint = JointFlight { load: load.ratio, load_sigma, ratio };
-        (load.ratio.is_finite() && load_sigma.is_finite() && ratio.is_finite()).then_some(Self { estimate, load, joint })
+        (load.ratio.is_finite() && load_sigma.is_finite() && ratio.is_finite()).then_some(Self {
+            estimate,
+            load,
+            joint,
+        })
     }
 }
 
@@ -121,7 +125,10 @@ fn strain(flown: &[&Estimate]) -> Vec<Disagreement> {
     };
     let mut disagreements = Vec::new();
     if let Some((first, times, count, size)) = found(&unbelieved) {
-        let detail = format!("{} strain contradicted the air data in {times} of {count} flights: it is not believed", since(first));
+        let detail = format!(
+            "{} strain contradicted the air data in {times} of {count} flights: it is not believed",
+            since(first)
+        );
         disagreements.push(disagreement(DisagreementKind::SensorConfiguration, first, size, None, detail));
     }
     let most = read.iter().flat_map(|(_, load)| &load.excluded_sensors).max().copied();
@@ -160,4 +167,118 @@ fn course(told: &[Told], motor: &MotorCalibration) -> Vec<LoadsTold> {
         }
     };
     told.chunks(told.len().div_ceil(POINTS).max(1)).map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use domain::{ContentHash, NUMERICS_VERSION, Outcome};
+    use numerics::Stream;
+
+    use super::*;
+
+    const MOTOR: MotorCalibration = MotorCalibration {
+        offset: 0.1,
+        slope: 0.25,
+        sigma: 0.005,
+        unit_offset_sd: 0.0,
+        unit_slope_sd: 0.0,
+        correlation: 0.99,
+        flights: 1000,
+        loads: [0.3, 2.0],
+    };
+
+    /// A flight every four hours; `change` makes of the healthy one what was seen.
+    fn life(flights: u32, change: impl Fn(u32, &mut Estimate)) -> Vec<Estimate> {
+        let mut stream = Stream::new(5, &["agreement"]);
+        let mut fly = |number: u32| {
+            let ratio = 0.5 + stream.uniform();
+            let recorded_at = "2026-03-01T12:00:00Z".parse::<domain::Timestamp>().unwrap();
+            let mut estimate = Estimate {
+                upload_id: format!("u{number:04}").parse().unwrap(),
+                flight_hours: 4.0 * f64::from(number),
+                recorded_at: recorded_at.plus_hours(12.0 * f64::from(number)),
+                mask_id: None,
+                model: ContentHash::of(b"model"),
+                numerics_version: NUMERICS_VERSION,
+                measurement: None,
+                outcome: Outcome::Undiagnosable { valid_samples: 0, needed: 11 },
+                load: Some(HingeLoad {
+                    hinge_moment_nm: -180.0 * ratio,
+                    sigma_nm: 2.0,
+                    ratio,
+                    source: LoadSource::StrainAndAirData,
+                    excluded_sensors: Vec::new(),
+                    sensor_configuration: ContentHash::of(b"sensors"),
+                }),
+                temperature: None,
+                load_ratio: Some(MOTOR.offset + MOTOR.slope * ratio + MOTOR.sigma * stream.normal()),
+                on_ground: false,
+            };
+            change(number, &mut estimate);
+            estimate
+        };
+        (0..flights).map(&mut fly).collect()
+    }
+
+    fn found(estimates: &[Estimate]) -> Vec<Disagreement> {
+        load_agreement(estimates, Some(&MOTOR)).unwrap().disagreements
+    }
+
+    #[test]
+    fn a_healthy_life_agrees_and_its_course_is_told() {
+        let agreement = load_agreement(&life(200, |_, _| ()), Some(&MOTOR)).unwrap();
+        assert_eq!((agreement.flights, agreement.disagreements.len()), (200, 0));
+        assert!((agreement.efficiency - 1.0).abs() < 4.0 * agreement.efficiency_sigma, "{agreement:?}");
+        assert!((12..=POINTS).contains(&agreement.course.len()));
+        assert!(agreement.course.iter().all(|told| (told.wing - told.motor).abs() < 0.05));
+    }
+
+    #[test]
+    fn lost_efficiency_is_told_with_its_beginning_and_size() {
+        let weak = |number, estimate: &mut Estimate| {
+            let ratio = estimate.load_ratio.as_mut().unwrap();
+            *ratio = if number < 100 { *ratio } else { MOTOR.offset + (*ratio - MOTOR.offset) / 0.85 };
+        };
+        let [lost] = found(&life(200, weak)).try_into().unwrap();
+        assert_eq!((lost.kind, lost.since_fh), (DisagreementKind::Efficiency, 400.0));
+        assert!((lost.size + 0.15).abs() < 4.0 * lost.sigma.max(0.003), "{lost:?}");
+        assert!(lost.detail.starts_with("since 400 fh the motor works 17."), "{}", lost.detail);
+    }
+
+    #[test]
+    fn less_work_than_the_wing_tells_is_no_wear() {
+        let light = |_, estimate: &mut Estimate| estimate.load_ratio = estimate.load_ratio.map(|ratio| 0.7 * ratio);
+        assert!(found(&life(100, light)).iter().all(|one| one.kind == DisagreementKind::SensorConfiguration));
+        assert!(!found(&life(100, light)).is_empty());
+    }
+
+    #[test]
+    fn gratings_left_out_and_strain_that_is_not_believed_are_told() {
+        let gone = |number, estimate: &mut Estimate| {
+            let load = estimate.load.as_mut().unwrap();
+            load.excluded_sensors = if number >= 60 && number % 4 != 0 { vec![3] } else { Vec::new() };
+        };
+        let [grating] = found(&life(100, gone)).try_into().unwrap();
+        assert_eq!((grating.kind, grating.grating), (DisagreementKind::Grating, Some(3)));
+        assert_eq!(grating.detail, "since 244 fh strain grating 3 was left out in 30 of 39 flights");
+        let disbelieved = |number, estimate: &mut Estimate| {
+            let load = estimate.load.as_mut().unwrap();
+            if number >= 50 {
+                (load.source, load.excluded_sensors) = (LoadSource::AirData, vec![1, 2, 3]);
+            }
+        };
+        let [strain] = found(&life(100, disbelieved)).try_into().unwrap();
+        assert_eq!((strain.kind, strain.grating), (DisagreementKind::SensorConfiguration, None));
+        assert_eq!((strain.since_fh, strain.size), (200.0, 1.0));
+    }
+
+    #[test]
+    fn nothing_is_compared_without_a_calibration_or_flights_that_both_tell_of() {
+        let healthy = life(100, |_, _| ());
+        assert_eq!(load_agreement(&healthy, None), None);
+        assert_eq!(load_agreement(&life(100, |_, estimate| estimate.on_ground = true), Some(&MOTOR)), None);
+        assert_eq!(load_agreement(&life(100, |_, estimate| estimate.load = None), Some(&MOTOR)), None);
+        assert_eq!(load_agreement(&life(100, |_, estimate| estimate.load_ratio = None), Some(&MOTOR)), None);
+        assert_eq!(load_agreement(&[], Some(&MOTOR)), None);
+    }
 }

@@ -1,8 +1,8 @@
 //! Protobuf to domain and back.
 
+mod agreement;
 mod answer;
 mod due;
-mod agreement;
 mod explanation;
 mod field_path;
 mod history;

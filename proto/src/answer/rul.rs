@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use domain::{
-    AsOf, Doubt, Ensemble, Explanation, FaultTrend, HingeLoad, LoadAgreement, Pace, Propagation, RulDistribution, Status,
-    UtilisationSource,
+    AsOf, Doubt, Ensemble, Explanation, FaultTrend, HingeLoad, LoadAgreement, Pace, Propagation, RulDistribution,
+    Status, UtilisationSource,
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

@@ -1,6 +1,6 @@
 //! Tails and what is installed on them.
 
-use domain::{Disagreement, DisagreementKind, Status, Timestamp};
+use domain::{Disagreement, DisagreementKind, LoadAgreement, Status, Timestamp};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -133,7 +133,9 @@ impl TailAnswer {
     /// A tail with the remaining lives of its positions, and of what was last on it.
     pub fn new(tail: String, prognoses: Vec<RulAnswer>, displaced: Vec<RulAnswer>) -> Self {
         let TailItem { tail, status, rul_p10_fh, .. } = TailItem::new(tail, &prognoses);
-        let load_disagreements = disagreements(&prognoses);
+        let compared =
+            prognoses.iter().filter_map(|body| Some((body.position.as_str(), body.load_agreement.as_ref()?)));
+        let load_disagreements = disagreements(&compared.collect::<Vec<_>>());
         Self {
             tail,
             status,
@@ -145,22 +147,19 @@ impl TailAnswer {
     }
 }
 
-/// What the motors of a tail and its wing disagree in. What all of them have from the same time on is the wing's own: its sensor
-/// configuration is not what it was.
-fn disagreements(prognoses: &[RulAnswer]) -> Vec<TailDisagreement> {
-    let compared: Vec<(&RulAnswer, &[Disagreement])> = prognoses
-        .iter()
-        .filter_map(|body| Some((body, body.load_agreement.as_ref()?.disagreements.as_slice())))
-        .collect();
+/// What the motors of a tail and its wing disagree in, by position. What all of them have from the same time on is the wing's
+/// own: its sensor configuration is not what it was.
+fn disagreements(compared: &[(&str, &LoadAgreement)]) -> Vec<TailDisagreement> {
     let of_motor = |one: &&Disagreement| one.kind != DisagreementKind::Grating;
-    let begun = compared.iter().filter_map(|(_, found)| found.iter().filter(of_motor).map(|one| one.since).min());
-    let begun: Vec<Timestamp> = begun.collect();
+    let begun = |agreement: &LoadAgreement| agreement.disagreements.iter().filter(of_motor).map(|one| one.since).min();
+    let begun: Vec<Timestamp> = compared.iter().filter_map(|(_, agreement)| begun(agreement)).collect();
     let span_h = begun.iter().max().zip(begun.iter().min()).map(|(last, first)| last.hours_since(*first));
-    let of_wing = compared.len() > 1 && begun.len() == compared.len() && span_h.is_some_and(|hours| hours <= SAME_TIME_H);
+    let of_wing =
+        compared.len() > 1 && begun.len() == compared.len() && span_h.is_some_and(|hours| hours <= SAME_TIME_H);
     let mut told = Vec::new();
     if of_wing {
         let wing = TailDisagreement {
-            positions: compared.iter().map(|(body, _)| body.position.clone()).collect(),
+            positions: compared.iter().map(|(position, _)| (*position).to_owned()).collect(),
             kind: DisagreementKind::SensorConfiguration,
             since: begun.into_iter().min().expect("more than one"),
             detail: "all motors that can be compared disagree with the wing from the same time on: the wing is read by a wrong \
@@ -169,14 +168,17 @@ fn disagreements(prognoses: &[RulAnswer]) -> Vec<TailDisagreement> {
         };
         told.push((None, wing));
     }
-    for (body, one) in compared.iter().flat_map(|(body, found)| found.iter().map(move |one| (body, one))) {
+    for (position, one) in
+        compared.iter().flat_map(|(position, told)| told.disagreements.iter().map(move |one| (position, one)))
+    {
         let is_grating = one.kind == DisagreementKind::Grating;
         let same = |known: &&mut (Option<u8>, TailDisagreement)| is_grating && known.0 == one.grating;
         match told.iter_mut().find(same) {
-            Some((_, known)) => known.positions.push(body.position.clone()),
+            Some((_, known)) => known.positions.push((*position).to_owned()),
             None if of_wing && !is_grating => {}
             None => {
-                let (positions, kind, since, detail) = (vec![body.position.clone()], one.kind, one.since, one.detail.clone());
+                let (positions, kind, since, detail) =
+                    (vec![(*position).to_owned()], one.kind, one.since, one.detail.clone());
                 told.push((one.grating, TailDisagreement { positions, kind, since, detail }));
             }
         }
@@ -194,5 +196,55 @@ impl TailItem {
             rul_p10_fh: p10.min_by(f64::total_cmp),
             positions: prognoses.len(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A unit of a tail, with what it disagrees in: kind, day since when, grating.
+    fn unit(position: &str, found: &[(DisagreementKind, i64, Option<u8>)]) -> (String, LoadAgreement) {
+        let begin: Timestamp = "2026-03-01T00:00:00Z".parse().unwrap();
+        let one = |&(kind, day, grating): &(DisagreementKind, i64, Option<u8>)| Disagreement {
+            kind,
+            since_fh: 8.0 * day as f64,
+            since: begin.plus_hours(24.0 * day as f64),
+            size: 0.2,
+            sigma: 0.01,
+            grating,
+            detail: format!("{} since day {day}", kind.as_str()),
+        };
+        let agreement = LoadAgreement {
+            flights: 100,
+            efficiency: 1.0,
+            efficiency_sigma: 0.01,
+            friction: 0.0,
+            friction_sigma: 0.01,
+            disagreements: found.iter().map(one).collect(),
+            course: Vec::new(),
+        };
+        (position.to_owned(), agreement)
+    }
+
+    fn told(units: &[(String, LoadAgreement)]) -> Vec<(Vec<String>, DisagreementKind)> {
+        let compared = units.iter().map(|(position, agreement)| (position.as_str(), agreement)).collect::<Vec<_>>();
+        disagreements(&compared).into_iter().map(|one| (one.positions, one.kind)).collect()
+    }
+
+    #[test]
+    fn what_all_motors_have_from_the_same_date_on_is_the_wings() {
+        use DisagreementKind::{Efficiency, Friction, Grating, SensorConfiguration};
+        let both = |day| [unit("AIL-L", &[(Efficiency, 10, None)]), unit("AIL-R", &[(Friction, day, None)])];
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        assert_eq!(told(&both(14)), [(names(&["AIL-L", "AIL-R"]), SensorConfiguration)]);
+        assert_eq!(told(&both(60)), [(names(&["AIL-L"]), Efficiency), (names(&["AIL-R"]), Friction)]);
+        let one_healthy = [unit("AIL-L", &[(Efficiency, 10, None)]), unit("AIL-R", &[])];
+        assert_eq!(told(&one_healthy), [(names(&["AIL-L"]), Efficiency)]);
+        assert_eq!(told(&one_healthy[..1]), [(names(&["AIL-L"]), Efficiency)]);
+        let grating =
+            [unit("AIL-L", &[(Grating, 3, Some(7))]), unit("AIL-R", &[(Grating, 4, Some(7)), (Grating, 4, Some(1))])];
+        assert_eq!(told(&grating), [(names(&["AIL-L", "AIL-R"]), Grating), (names(&["AIL-R"]), Grating)]);
+        assert_eq!(told(&[]), []);
     }
 }

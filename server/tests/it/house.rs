@@ -9,10 +9,10 @@ use std::{
 };
 
 use domain::{
-    Actor, Ahead, AsOf, BundleSummary, Component, ContentHash, Coordinate, Diagnosis, Disagreement, DisagreementKind, Doubt, DoubtKind, Ensemble,
-    Estimate, Explanation, FaultModel, FaultTrend, FaultVector, HingeLoad, LoadAgreement, LoadSource, MapFit, MapSamples, Mask,
-    NUMERICS_VERSION, Outcome, PastCoverage, Prognosis, Propagation, RulDistribution, Scope, SetAside, Timestamp,
-    Token, Upload,
+    Actor, Ahead, AsOf, BundleSummary, Component, ContentHash, Coordinate, Diagnosis, Disagreement, DisagreementKind,
+    Doubt, DoubtKind, Ensemble, Estimate, Explanation, FaultModel, FaultTrend, FaultVector, HingeLoad, LoadAgreement,
+    LoadSource, MapFit, MapSamples, Mask, NUMERICS_VERSION, Outcome, PastCoverage, Prognosis, Propagation,
+    RulDistribution, Scope, SetAside, Timestamp, Token, Upload,
     ahead::{LoadAhead, TemperatureAhead},
     explanation::{Driver, Growth, GrowthChange, Shift, Surprise},
     load_agreement::LoadsTold,

@@ -62,7 +62,7 @@ async fn a_component_has_its_charts() {
     let hours: Vec<f64> = (0..20).map(|i| 20.0 * f64::from(i)).collect();
     judged(&house, "EC-MXA", &hours, Ok(forecast(80))).await;
     let html = page(&house, "/tails/EC-MXA/positions/AIL-L").await;
-    assert_eq!(html.matches("<svg").count(), 6, "remaining life and five faults");
+    assert_eq!(html.matches("<svg").count(), 7, "remaining life, five faults, and motor against wing");
     assert!(html.contains("horizon: beyond is unknown"));
     assert!(html.contains("Latest values: 5 to 95 %"));
     assert!(html.contains("no maintenance credit"));
@@ -86,6 +86,8 @@ async fn a_component_tells_why_in_words() {
         "Of 15 past lives, each forecast by what the others teach, 78 % of the 80 % intervals and 96 % of the 95 % \
          intervals held.",
         "k2 came out at 0.1340 where 0.1000 was expected: 3.4 standard deviations more.",
+        "<strong>The transmission has lost efficiency.</strong> since 40 fh the motor works 17.6 +- 1.4 % more",
+        "85.0 \u{b1} 1.0 % of the expected efficiency is there",
     ];
     for words in words {
         assert!(html.contains(words), "{words}: {html}");
