@@ -481,7 +481,7 @@ fn flown(name: &str) -> String {
     for line in lines {
         let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
         let turn = loads.len();
-        let load = *loads.entry(fields[0].clone()).or_insert([0.8, 1.0, 1.25][turn % 3]);
+        let load = *loads.entry(fields[0].clone()).or_insert([0.5, 1.0, 2.0][turn % 3]);
         fields[2] = (fields[2].parse::<f64>().unwrap() / (load * load)).to_string();
         (fields[3], fields[4]) = (load.to_string(), String::new());
         table += &(fields.join(",") + "\n");
@@ -494,7 +494,7 @@ fn load_acts_where_the_lives_that_teach_say_so_and_a_plan_tells_the_load_to_come
     let bench = Bench::new();
     let prior = bench.file("prior.csv", &flown("rul/histories_prior.csv"));
     let judged = bench.file("judged.csv", &flown("rul/histories.csv"));
-    let plan = bench.file("plan.csv", "run_id,from_fh,load,temp\n5,0,0.8,\n5,1200,1.6,\n");
+    let plan = bench.file("plan.csv", "run_id,from_fh,load,temp\n28,0,1.0,\n28,1200,2.0,\n");
     let run = |out: &str, flags: &[&str]| {
         let files = ["--histories", &judged, "--prior", &prior, "--estimator", "rbg-constant"];
         let output = bench.command(out, &[&files, flags].concat()).output().unwrap();
@@ -506,16 +506,14 @@ fn load_acts_where_the_lives_that_teach_say_so_and_a_plan_tells_the_load_to_come
     let exponent = said.split("load to the power ").nth(1).expect("what was learned is told");
     let exponent: f64 = exponent.split(' ').next().unwrap().parse().unwrap();
     assert!((exponent - 2.0).abs() < 0.5 && said.contains(": believed"), "{said}");
-    let (said, _) = run("far", &["--load", "load=3"]);
-    assert!(said.contains("tell a reference near what they flew"), "{said}");
     let (_, planned) = run("planned", &["--load", "load", "--plan", &plan]);
     let key = |run: &str, t_fh: &str| ["rbg_constant", run, t_fh].map(str::to_owned);
     let median =
         |rows: &BTreeMap<[String; 3], Vec<String>>, run: &str| -> f64 { rows[&key(run, "1200")][15].parse().unwrap() };
-    let (as_ever, harder) = (median(&by_load, "5"), median(&planned, "5"));
+    let (as_ever, harder) = (median(&by_load, "28"), median(&planned, "28"));
     println!("p {exponent}; medians {as_ever} h, {harder} h at twice the load");
     assert!(harder < 0.4 * as_ever, "{harder} and {as_ever}");
-    assert_eq!(by_load[&key("28", "1200")], planned[&key("28", "1200")], "a plan tells of its own life");
+    assert_eq!(by_load[&key("53", "1200")], planned[&key("53", "1200")], "a plan tells of its own life");
 }
 
 #[test]
