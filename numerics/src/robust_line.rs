@@ -110,7 +110,7 @@ impl Sums {
 
     fn line(&self) -> Option<(f64, f64)> {
         let slope = self.xy / self.xx;
-        (self.xx > 0.0 && slope.is_finite()).then(|| (self.mean_y - slope * self.mean_x, slope))
+        (self.xx > 0.0 && slope.is_finite()).then_some((self.mean_y - slope * self.mean_x, slope))
     }
 
     fn described(&self, sigma: f64) -> Option<RobustLine> {
