@@ -25,6 +25,7 @@ use crate::{
     held_out::HeldOutSettings,
     life_prior::LifePrior,
     pace::PaceLaw,
+    pace_fit::PaceLesson,
     prior::FleetPrior,
     stacking::{StackSettings, stack},
     taught::Taught,
@@ -69,12 +70,12 @@ pub fn learn_from_ended(
     Ok(LifePrior { growth, companions, pace, motor: parent.motor.clone() })
 }
 
-/// What load and temperature do: as the parent knows and the lives tell.
+/// What load and temperature do: as the lives tell, where they tell it clearly, else as the parent knows.
 fn pace(parent: &LifePrior, lives: &[EndedLife], model: &FaultModel) -> Option<PaceLaw> {
     let law = &parent.growth.laws[0];
     let told = parent.pace.as_ref();
     let lesson = PaceLaw::learn(lives, model, (law.coordinate, &law.prior), told);
-    match lesson.filter(|lesson| told.is_some() || lesson.is_believed()) {
+    match lesson.filter(PaceLesson::is_believed) {
         Some(lesson) => Some(lesson.law),
         None => told.cloned(),
     }

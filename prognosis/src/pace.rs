@@ -54,7 +54,7 @@ pub enum Basis {
     Learned {
         /// How many told of load or temperature.
         lives: usize,
-        /// By how much their log-evidence is greater than without load and temperature, nats.
+        /// By how much their log-evidence is greater than for what was known before, nats.
         gain: f64,
     },
 }

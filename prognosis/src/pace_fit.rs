@@ -4,7 +4,7 @@
 //! - Update rule: for each pair that is tried, lives count in the damage-equivalent hours of it, a prior of constant growth
 //!   is fitted on, and the evidence of its filter, together with what was known of the pair before, says how good it is.
 //!   A paraboloid through six pairs says which to try next; after three of them the last gives mean and covariance. The
-//!   lives of which little is known weigh little. Load and temperature are believed where evidence is greater by five nats.
+//!   lives of which little is known weigh little. A pair is believed where its evidence is greater by five nats.
 //! - Requirements: offline; flights that tell load or temperature.
 //! - Source: MacKay 1992 for evidence; Nelson 1990 for accelerated lives.
 
@@ -24,6 +24,8 @@ use crate::{
 
 /// What is known of exponent and temperature coefficient before any life: nothing in particular.
 const VAGUE: [Coefficient; 2] = [Coefficient { mean: 0.0, sd: 1.0 }, Coefficient { mean: 0.0, sd: 0.5 }];
+/// What is told as exact is known so well.
+const SURE: f64 = 1e-3;
 /// First distance between pairs that are tried, and by how much it shrinks.
 const FIRST_STEP: [f64; 2] = [0.8, 0.3];
 const SHRINK: f64 = 0.4;
@@ -40,7 +42,7 @@ const SEEN: [f64; 2] = [0.02, 0.98];
 pub struct PaceLesson {
     /// The law.
     pub law: PaceLaw,
-    /// By how much evidence is greater than without load and temperature, nats.
+    /// By how much evidence is greater than for what was known before, nats: no effect of load and temperature, or what was told.
     pub gain: f64,
 }
 
@@ -75,6 +77,7 @@ impl PaceLaw {
     ) -> Option<PaceLesson> {
         let lives: Vec<&EndedLife> = lives.iter().filter(|life| life.tells_of_pace()).collect();
         let known = told.map_or(VAGUE, |told| [told.exponent, told.temperature]);
+        let known = known.map(|known| Coefficient { sd: known.sd.max(SURE), ..known });
         let no_pace = Self::told(Coefficient::default(), Coefficient::default());
         let share = |life: &&EndedLife| life.clock(&no_pace).life(life.end_fh).known_share;
         let shares: Vec<f64> = lives.iter().map(share).collect();
@@ -96,15 +99,13 @@ impl PaceLaw {
 }
 
 impl Search<'_> {
-    /// The best pair, the variances of both, and by how much evidence is greater than without.
+    /// The best pair, the variances of both, and by how much evidence is greater than for what was known before.
     fn run(&self, prior: &FleetPrior) -> ([f64; 2], [f64; 2], f64) {
-        let nothing = self.evidence([0.0; 2], prior);
-        let (mut best, mut center, mut step) = (([0.0; 2], nothing.clone()), [0.0; 2], FIRST_STEP);
+        let before = self.known.map(|known| known.mean);
+        let start = self.evidence(before, prior);
+        let (mut best, mut center, mut step) = ((before, start.clone()), before, FIRST_STEP);
         let mut covariance = self.known.map(|known| known.sd * known.sd);
-        for round in 0..PARABOLOIDS {
-            if round == 0 {
-                center = self.known.map(|known| known.mean);
-            }
+        for _ in 0..PARABOLOIDS {
             let [p, beta] = center;
             let [dp, db] = step;
             let pairs =
@@ -129,7 +130,7 @@ impl Search<'_> {
         if last.log_posterior > best.1.log_posterior {
             best = (center, last);
         }
-        (best.0, covariance, best.1.log_posterior - nothing.log_posterior)
+        (best.0, covariance, best.1.log_posterior - start.log_posterior)
     }
 
     /// The blocks of each life where they are by the hours of a pair.

@@ -159,6 +159,22 @@ fn lives_without_load_teach_the_same_prior_as_ever() {
     assert_eq!(learned.pace, None);
 }
 
+/// What was told stays until lives tell something else clearly.
+#[test]
+fn engineering_values_stay_until_lives_tell_others_clearly() {
+    let told = |mean| PaceLaw { exponent: Coefficient { mean, sd: 0.5 }, ..law(mean, 0.0) };
+    let learned = |mean: f64, lives: &[EndedLife]| {
+        let fleet = FleetPrior { process_noise: 5e-5, ..FleetPrior::vague() };
+        let parent = LifePrior { pace: Some(told(mean)), ..fleet.into() };
+        learn_from_ended(&parent, lives, &FaultModel::electrical(), &Sum, 1).unwrap().pace.unwrap()
+    };
+    let lives = fleet(2.0, 3, 12);
+    assert_eq!(learned(1.9, &lives).exponent, told(1.9).exponent, "these lives agree with it");
+    let corrected = learned(0.5, &lives).exponent;
+    println!("{corrected:?}");
+    assert!((corrected.mean - 2.0).abs() < 0.5, "{corrected:?}");
+}
+
 /// Margin 1 - 8 sum |x|.
 struct Sum;
 
