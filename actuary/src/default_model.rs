@@ -14,6 +14,11 @@ static BUNDLE: &[u8] = include_bytes!("../../models/default.json");
 const EXPONENT: Coefficient = Coefficient { mean: 2.0, sd: 0.3 };
 const TEMPERATURE: Coefficient = Coefficient { mean: 0.3, sd: 0.1 };
 
+/// The default bundle, ready for use.
+pub fn model() -> Result<Model> {
+    Model::from_bytes(BUNDLE).context("the bundle inside this binary")
+}
+
 /// Registers the default bundle, and activates it where none is active yet.
 pub async fn provide(store: &Store, now: Timestamp) -> Result<()> {
     provide_file(store, BUNDLE, now).await
@@ -21,8 +26,7 @@ pub async fn provide(store: &Store, now: Timestamp) -> Result<()> {
 
 /// The same of the default bundle with engineering values of the pace of wear.
 pub async fn provide_paced(store: &Store, now: Timestamp) -> Result<()> {
-    let model = Model::from_bytes(BUNDLE).context("the bundle inside this binary")?;
-    provide_file(store, &pace::told(model.bundle(), PaceLaw::told(EXPONENT, TEMPERATURE)), now).await
+    provide_file(store, &pace::told(model()?.bundle(), PaceLaw::told(EXPONENT, TEMPERATURE)), now).await
 }
 
 async fn provide_file(store: &Store, bytes: &[u8], now: Timestamp) -> Result<()> {

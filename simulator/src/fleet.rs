@@ -13,6 +13,7 @@ use tokio::{
 
 use crate::{
     Client, FleetError, Truth,
+    avionics::Avionics,
     client::Heard,
     crew::{Crew, Flown},
     plan::{FLIGHT_FH, FleetPlan, PART_NUMBER},
@@ -37,7 +38,7 @@ impl Fleet {
     /// service knows of the fleet already is not flown again.
     pub async fn launch(plan: FleetPlan, client: Client) -> Result<Self, FleetError> {
         plan.check()?;
-        let mask = Arc::new(client.mask(BINS).await?);
+        let mask = client.mask(BINS).await?;
         let mut units = JoinSet::new();
         for slot in 0..plan.slots() {
             let plan = plan.clone();
@@ -47,10 +48,10 @@ impl Fleet {
         units.sort_by_key(|(slot, _)| *slot);
         let units = units.into_iter().map(|(_, unit)| Arc::new(unit)).collect();
         let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
-        let wing = Arc::new(spawn_blocking(InstrumentedWing::reference).await?);
+        let wing = spawn_blocking(InstrumentedWing::reference).await?;
         let roster = Roster::new(plan.clone(), units);
         let cores = Arc::new(Semaphore::new(cores));
-        let crew = Crew { plan, wing, mask, client, cores };
+        let crew = Crew { avionics: Arc::new(Avionics { plan, wing, mask }), client, cores };
         let mut fleet = Self { crew, roster, heard: BTreeMap::new() };
         fleet.catch_up().await?;
         Ok(fleet)
@@ -58,7 +59,7 @@ impl Fleet {
 
     /// The plan.
     pub fn plan(&self) -> &FleetPlan {
-        &self.crew.plan
+        self.crew.plan()
     }
 
     /// Hours of the fleet's future, negative in its past, up to which every position has flown.

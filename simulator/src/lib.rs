@@ -1,11 +1,13 @@
 //! A simulated fleet: every actuator has a hidden wear, its motor physics makes the samples under the load of its flight, and
 //! it uploads over REST as an aircraft would. Nothing of the hidden truth leaves but by the truth file.
 
+mod avionics;
 mod client;
 mod crew;
 mod fleet;
 mod instrument;
 mod linkage;
+mod lives;
 mod mission;
 mod plan;
 mod roster;
@@ -17,7 +19,8 @@ pub use client::{Client, Sent};
 pub use crew::Flown;
 pub use fleet::Fleet;
 pub use instrument::{OutputTorque, Physics};
-pub use mission::{Mission, Pace, UnknownMission};
+pub use lives::{LifeFlight, Lives};
+pub use mission::{Mission, Pace, Surroundings, UnknownMission};
 pub use plan::{FH_PER_DAY, FleetPlan, Upkeep};
 pub use truth::{Truth, write_truth};
 

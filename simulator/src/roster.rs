@@ -108,6 +108,18 @@ pub enum What {
     Upkeep(MaintenanceKind, Option<domain::Finding>),
 }
 
+impl Step {
+    /// The unit's hours since new.
+    pub fn flight_hours(&self) -> f64 {
+        self.flights as f64 * FLIGHT_FH
+    }
+
+    /// Load and temperature of a flight: the mission's, or those of the standard fleet where none is flown.
+    pub fn flown(&self) -> Surroundings {
+        self.surroundings.unwrap_or_else(|| self.unit.at(self.equivalent_h).surroundings)
+    }
+}
+
 /// Who sits in a slot.
 #[derive(Debug, Clone, Copy)]
 pub struct Occupant<'a> {
@@ -173,6 +185,23 @@ impl Seated {
 }
 
 impl Slot {
+    /// A place whose first unit is new or has a past.
+    fn new(plan: &FleetPlan, number: usize, unit: Arc<Unit>) -> Self {
+        Self {
+            first: 1 - plan.age_flights(number, &unit),
+            bought: 1,
+            course: plan.course(number),
+            seated: Seated::new(plan, unit),
+        }
+    }
+
+    /// Flies once; what is told of it.
+    fn fly(&mut self, plan: &FleetPlan, number: usize, flight: i64) -> Step {
+        let (surroundings, pace) = self.next_flight(plan, flight);
+        self.seated.fly(pace);
+        Step { surroundings, ..step(&self.seated, number, flight as f64 * FLIGHT_FH, What::Flight) }
+    }
+
     /// What its next flight is like, and at which pace that wears.
     fn next_flight(&mut self, plan: &FleetPlan, flight: i64) -> (Option<Surroundings>, f64) {
         let surroundings = self.course.as_mut().map(|course| course.fly(flight as f64 * FLIGHT_FH));
@@ -197,13 +226,8 @@ impl Slot {
 impl Roster {
     /// The roster before its first flight; `units` are the first of each slot.
     pub fn new(plan: FleetPlan, units: Vec<Arc<Unit>>) -> Self {
-        let slot = |(number, unit): (usize, Arc<Unit>)| Slot {
-            first: 1 - plan.age_flights(number, &unit),
-            bought: 1,
-            course: plan.course(number),
-            seated: Seated::new(&plan, unit),
-        };
-        let slots: Vec<Slot> = units.into_iter().enumerate().map(slot).collect();
+        let slots: Vec<Slot> =
+            units.into_iter().enumerate().map(|(number, unit)| Slot::new(&plan, number, unit)).collect();
         let first = slots.iter().map(|slot| slot.first).min().unwrap_or(1);
         Self { plan, flight: first - 1, slots, shop: Vec::new(), spares: VecDeque::new() }
     }
@@ -232,11 +256,9 @@ impl Roster {
         let replaced = self.replace(&mut steps);
         self.swap(replaced, &mut steps);
         self.flight += 1;
-        let (flight, fleet_fh) = (self.flight, self.fleet_fh());
+        let flight = self.flight;
         for (number, slot) in self.slots.iter_mut().enumerate().filter(|(_, slot)| slot.first <= flight) {
-            let (surroundings, pace) = slot.next_flight(&self.plan, flight);
-            slot.seated.fly(pace);
-            steps.push(Step { surroundings, ..step(&slot.seated, number, fleet_fh, What::Flight) });
+            steps.push(slot.fly(&self.plan, number, flight));
         }
         steps.sort_by(|a, b| a.fleet_fh.total_cmp(&b.fleet_fh));
         steps
@@ -328,6 +350,17 @@ impl Roster {
         steps.push(step(seated, slot, at_fh + INSTALLED, What::Upkeep(MaintenanceKind::Install, None)));
         removed
     }
+}
+
+/// The flights of the first unit of a slot that nobody takes out, from new to the one in which it fails.
+pub fn life(plan: &FleetPlan, number: usize) -> Vec<Step> {
+    let mut slot = Slot::new(plan, number, Arc::new(plan.unit(number, 0)));
+    let (mut steps, mut flight) = (Vec::new(), slot.first);
+    while !slot.seated.has_failed() {
+        steps.push(slot.fly(plan, number, flight));
+        flight += 1;
+    }
+    steps
 }
 
 fn step(seated: &Seated, slot: usize, fleet_fh: f64, what: What) -> Step {

@@ -8,6 +8,7 @@ mod response;
 use anyhow::Result;
 use clap::{Args, Subcommand, ValueEnum};
 use ema::simulation::Model;
+use simulator::Physics;
 
 /// Simulate a fleet that uploads, histories of lives, back-EMF maps, or responses to commands.
 #[derive(Debug, Args)]
@@ -51,6 +52,24 @@ impl From<ModelName> for Model {
             ModelName::Hf => Self::HighFidelity,
             ModelName::Lf1 => Self::LowFidelity1,
             ModelName::Lf1Thesis => Self::LowFidelity1Thesis,
+        }
+    }
+}
+
+/// What makes the samples of a simulated aircraft, on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PhysicsName {
+    /// The three-phase model.
+    Hf,
+    /// The closed form of the map, for load tests.
+    ClosedForm,
+}
+
+impl From<PhysicsName> for Physics {
+    fn from(name: PhysicsName) -> Self {
+        match name {
+            PhysicsName::Hf => Self::HighFidelity,
+            PhysicsName::ClosedForm => Self::ClosedForm,
         }
     }
 }

@@ -11,6 +11,7 @@ mod docs;
 mod due;
 mod durability;
 mod files;
+mod flown_lives;
 mod in_process;
 mod loads;
 mod matrix;

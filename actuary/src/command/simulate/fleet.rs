@@ -3,10 +3,11 @@
 use std::{path::PathBuf, time::Duration};
 
 use anyhow::Result;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use domain::Timestamp;
-use simulator::{Client, Fleet, FleetError, FleetPlan, Pace, Physics};
+use simulator::{Client, Fleet, FleetError, FleetPlan, Pace};
 
+use super::PhysicsName;
 use crate::{
     clock,
     exit::Failure,
@@ -58,14 +59,6 @@ pub struct Arguments {
     truth: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum PhysicsName {
-    /// The three-phase model.
-    Hf,
-    /// The closed form of the map, for load tests.
-    ClosedForm,
-}
-
 /// Flies the fleet.
 pub fn run(arguments: Arguments) -> Result<()> {
     telemetry::start();
@@ -83,10 +76,7 @@ async fn fly(arguments: Arguments) -> Result<()> {
         positions: arguments.positions as usize,
         seed: arguments.seed,
         start,
-        physics: match arguments.physics {
-            PhysicsName::Hf => Physics::HighFidelity,
-            PhysicsName::ClosedForm => Physics::ClosedForm,
-        },
+        physics: arguments.physics.into(),
         upkeep: arguments.upkeep.into(),
         missions: Vec::new(),
         pace: Pace::default(),

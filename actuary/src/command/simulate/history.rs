@@ -1,7 +1,10 @@
 //! `actuary simulate history`: lives from new to failure, on disk.
 
+mod flown;
+
 use std::{
     io::{self, Write},
+    num::NonZeroUsize,
     path::PathBuf,
 };
 
@@ -15,7 +18,9 @@ use ema::{
 };
 use pipeline::Progress;
 use rayon::prelude::*;
+use simulator::Mission;
 
+use super::PhysicsName;
 use crate::{
     files::output::{Draft, OutputFolder},
     progress::Bar,
@@ -28,9 +33,15 @@ const INPUTS: usize = 3;
 /// Write histories of fault vectors from new to failure, with their true failure times and laws.
 ///
 /// truth.csv tells A and B of x' = g A x + B u + noise for each life, growth.csv when g changed.
+///
+/// With --missions, lives are flown: they wear at the pace of what their tails fly, every flight is measured as an aircraft does
+/// and diagnosed by the model inside, and its load is read from the strain of the wing. histories.csv has what was estimated, the
+/// load ratio of the motor, and true_load and true_temp; truth.csv the mission and the pace of each life.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  actuary simulate history --runs 100 --seed 7 --out histories\n  \
-actuary simulate history --runs 100 --seed 7 --scenario maintenance --out repaired")]
+actuary simulate history --runs 100 --seed 7 --scenario maintenance --out repaired
+  \
+actuary simulate history --runs 30 --seed 12 --missions short-haul,cruise,training --out flown")]
 pub struct Arguments {
     /// Number of lives; constant and varying growth take turns.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -41,6 +52,15 @@ pub struct Arguments {
     /// What is hard about the fleet.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = ScenarioName::Standard)]
     scenario: ScenarioName,
+    /// Missions that the lives fly in turn (short-haul, cruise, training), separated by commas.
+    #[arg(long, value_name = "MISSION", value_delimiter = ',', conflicts_with = "scenario")]
+    missions: Vec<Mission>,
+    /// What makes the samples of a flight.
+    #[arg(long, value_enum, default_value_t = PhysicsName::Hf, requires = "missions")]
+    physics: PhysicsName,
+    /// Keep one flight of so many; that in which a life ends is always kept.
+    #[arg(long, value_name = "N", default_value = "1", requires = "missions")]
+    upload_every: NonZeroUsize,
     /// Folder for histories.csv, truth.csv and growth.csv: made if need be, files of these names are replaced.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -85,6 +105,11 @@ impl From<ScenarioName> for Scenario {
 /// Simulates and writes the lives.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let out = OutputFolder::new(&arguments.out)?;
+    if arguments.missions.is_empty() { draw(arguments, &out) } else { flown::run(arguments, &out) }
+}
+
+/// Lives of the standard fleet or of a scenario.
+fn draw(arguments: &Arguments, out: &OutputFolder) -> Result<()> {
     let parameters = Parameters::assessment();
     let bar = Bar::new();
     bar.stage("lives", arguments.runs as usize);
