@@ -42,13 +42,13 @@ struct Row {
 
 /// Flies, diagnoses and writes the lives.
 pub fn run(arguments: &Arguments, out: &OutputFolder) -> Result<()> {
-    let bad = |reason: String| Failure::BadInput(reason);
     if arguments.runs > 999 {
-        return Err(bad(format!("--runs {}: at most 999 lives fly --missions", arguments.runs)).into());
+        let reason = format!("--runs {}: at most 999 lives fly --missions", arguments.runs);
+        return Err(Failure::BadInput(reason).into());
     }
     let model = default_model::model()?;
     let mask = model.bundle().masks().first().context("the bundle inside this binary reads no maps")?;
-    let lives = Lives::new(plan(arguments), mask.clone()).map_err(|error| bad(error.to_string()))?;
+    let lives = Lives::new(plan(arguments), mask.clone()).map_err(|error| Failure::BadInput(error.to_string()))?;
     let bar = Bar::new();
     bar.stage("lives", arguments.runs as usize);
     let fly = |run: u32| {
@@ -113,8 +113,8 @@ fn row(estimate: &Estimate, hidden: Surroundings) -> Option<Row> {
 fn write(draft: &Draft, lives: &[Life]) -> io::Result<()> {
     draft.file("histories.csv", |writer| {
         writeln!(writer, "run_id,regime,t_fh,load,temp,load_ratio,k1,k2,k3,k4,k5,true_load,true_temp")?;
-        let rows = (0u64..).zip(lives).flat_map(|(run, life)| life.rows.iter().map(move |row| (run, row)));
-        rows.into_iter().try_for_each(|(run, row)| write_row(writer, run, row))
+        let mut rows = (0u64..).zip(lives).flat_map(|(run, life)| life.rows.iter().map(move |row| (run, row)));
+        rows.try_for_each(|(run, row)| write_row(writer, run, row))
     })?;
     draft.file("truth.csv", |writer| {
         writeln!(writer, "run_id,regime,t_failure_fh,n_obs,mission,pace,equivalent_hours")?;
