@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use domain::{
-    Actor, Ahead, Component, OperatorId, Plan, PlannedStretch, Prognosis,
+    Actor, Ahead, Component, OperatorId, Plan, PlannedStretch, Prognosis, Upload,
     ahead::{LoadAhead, Stretch},
 };
 use pipeline::Model;
@@ -28,7 +28,9 @@ async fn judged(folder: &TempDir) -> (Store, Component) {
     store.activate_bundle(&model.summary().hash, Actor::Cli.at(start())).await.unwrap();
     let mask = &model.bundle().masks()[0];
     for index in 0..60 {
-        store.accept(&OperatorId::default(), upload(&model, mask, index), now()).await.unwrap();
+        // Flights at the reference: where none tells of load or temperature, nobody knows the pace.
+        let flown = Upload { temperature_c: Some(15.0), ..upload(&model, mask, index) };
+        store.accept(&OperatorId::default(), flown, now()).await.unwrap();
     }
     work(&store).await;
     (store, upload(&model, mask, 0).component(&OperatorId::default()))
