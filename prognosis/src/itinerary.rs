@@ -99,10 +99,11 @@ impl<'a> MissionToCome<'a> {
         let PaceLaw { exponent, temperature, .. } = self.law;
         let by = |coefficient: Coefficient, error: f64| coefficient.mean + coefficient.sd * error;
         let (p, beta) = (by(*exponent, errors[0]), by(*temperature, errors[1]));
-        let load_of_now = libm::log(self.recent.load);
+        let log_of = |load: f64| libm::log(self.law.kept_load(load));
+        let load_of_now = log_of(self.recent.load);
         let log_load = |change: Change| match change {
             Change::Relative(factor) => libm::log(factor),
-            Change::To(load) => libm::log(load) - load_of_now,
+            Change::To(load) => log_of(load) - load_of_now,
         };
         let warmer = |change: Change| match change {
             Change::Relative(difference) => difference,
@@ -114,7 +115,7 @@ impl<'a> MissionToCome<'a> {
                 // The mission is told whole: its pace follows from it, against what the life has flown so far.
                 let load = load + load_of_now;
                 let warmth = warmth + self.recent.temperature;
-                let error = (p - exponent.mean) * (load - libm::log(self.life.load))
+                let error = (p - exponent.mean) * (load - log_of(self.life.load))
                     + (beta - temperature.mean) * (warmth - self.life.temperature);
                 exponent.mean * load + temperature.mean * warmth + self.curvature + error
             }

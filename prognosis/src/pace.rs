@@ -84,11 +84,16 @@ impl PaceLaw {
     }
 
     pub(crate) fn hour(&self, load: f64, temperature: f64) -> Hour {
-        let loads = self.loads();
-        let kept = load.clamp(loads[0], loads[1]);
+        let kept = self.kept_load(load);
         let log_pace = self.exponent.mean * libm::log(kept) + self.temperature.mean * temperature;
         let pace = self.kept(libm::exp(log_pace));
         Hour { pace, clamped: kept != load || (libm::log(pace) - log_pace).abs() > 1e-9 }
+    }
+
+    /// A load within what is reckoned with, so that its logarithm is a number.
+    pub(crate) fn kept_load(&self, load: f64) -> f64 {
+        let [least, most] = self.loads();
+        load.clamp(least, most)
     }
 
     /// A pace within what is reckoned with.

@@ -214,6 +214,22 @@ fn missions_go_on_unless_something_else_is_told() {
     assert!((mean_fh(&warmer, 1440.0) * libm::exp(0.3) / usual_fh - 1.0).abs() < 0.05);
 }
 
+/// A load of nothing, flown or told, is taken at the edge: every draw has its end.
+#[test]
+fn a_load_of_nothing_leaves_no_draw_without_an_end() {
+    let law = PaceLaw { exponent: Coefficient { mean: 2.0, sd: 0.5 }, ..law(2.0, 0.3) };
+    for flown in [0.0, 1.0] {
+        let flights: Vec<Flight> = (0..100).map(|i| flight(4.0 * f64::from(i), flown)).collect();
+        let clock = WearClock::new(&law, 0.0, &flights);
+        for to in [0.0, 0.1, 1.0, 20.0] {
+            let told = vec![Told { from_fh: 0.0, load: Some(Change::To(to)), temperature: None }];
+            let missions = MissionToCome::new(&law, &clock, 396.0, told);
+            let ends = missions.flight_hours(&[Some(10.0); 200], f64::INFINITY, &Stream::new(3, &["nothing"]));
+            assert!(ends.iter().all(|end| end.is_some_and(f64::is_finite)), "{flown} and {to}: {ends:?}");
+        }
+    }
+}
+
 #[test]
 fn a_factor_whose_exponent_is_not_known_well_makes_forecasts_wide() {
     let flights: Vec<Flight> = (0..500).map(|i| flight(4.0 * f64::from(i), 1.0)).collect();
