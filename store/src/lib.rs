@@ -35,6 +35,7 @@ mod store;
 mod token;
 mod upload;
 mod verification;
+mod version;
 mod work;
 
 pub use audit::{AuditChain, AuditDamage};
@@ -58,4 +59,5 @@ pub use store::Store;
 pub use token::{Revocation, TokenRecord, TokenRefusal, TokenStatus};
 pub use upload::{Receipt, Released, Retrial, UploadRecord, UploadState, Voiding};
 pub use verification::{DamagedRow, Verification};
+pub use version::{Scope, Version};
 pub use work::{Completion, Generation, Lease, LifeInputs, LifeResults, Unestimated, WorkFigures};

@@ -1,11 +1,13 @@
 //! Answers: uploads, events, components, places and histories.
 
-use domain::{Component, Estimate, EventId, OperatorId, Position, State, TailNumber, UploadId, UploadStateKind};
+use domain::{
+    Component, ContentHash, Estimate, EventId, OperatorId, Position, State, TailNumber, UploadId, UploadStateKind,
+};
 
 use super::{Backend, Store, backend};
 use crate::{
-    ComponentRecord, EventRecord, HistoryOf, Installation, Installed, InstalledTail, IssuedLife, LifeCursor,
-    StoreError, UploadRecord,
+    ComponentRecord, EventRecord, HistoryOf, Installation, Installed, InstalledTail, IssuedLife, LifeCursor, Scope,
+    StoreError, UploadRecord, Version,
 };
 
 impl Store {
@@ -105,6 +107,20 @@ impl Store {
     /// Components of an operator that lost their places to others, and that nobody removed: each where it was last.
     pub async fn displaced(&self, operator: &OperatorId) -> Result<Vec<Installed>, StoreError> {
         backend!(self, displaced(operator))
+    }
+
+    /// The version of what [`Self::installed`], [`Self::installed_at`], [`Self::installed_fleet`] and
+    /// [`Self::displaced`] tell of a scope.
+    pub async fn version(&self, operator: &OperatorId, scope: Scope<'_>) -> Result<Version, StoreError> {
+        let mut displaced = self.displaced(operator).await?;
+        let shown = match scope {
+            Scope::Fleet => format!("{:?}", self.installed_fleet(operator, None, u32::MAX).await?),
+            Scope::Tail(tail) => {
+                displaced.retain(|one| one.tail == *tail);
+                format!("{:?}", self.installed(operator, tail).await?)
+            }
+        };
+        Ok(Version(ContentHash::of_parts([shown.as_bytes(), format!("{displaced:?}").as_bytes()])))
     }
 
     /// Estimates that count in a life of a component (the newest one unless it is named) with `from_fh <= flight_hours
