@@ -9,6 +9,10 @@ const LANES: usize = 8;
 pub(super) const MAX_OUTPUTS: usize = 8;
 /// Most faults, likewise.
 const MAX_FAULTS: usize = 8;
+/// Faults and outputs of an actuator's surrogate.
+const USUAL_SIZES: (usize, usize) = (5, 3);
+/// Blocks whose basis functions a look remembers between its two passes; those beyond are computed twice.
+const KEPT: usize = 48;
 
 /// Maps a fault vector to deviations from nominal in units of the largest possible one, so that
 /// severities stay k and eccentricities become 2 k - 1.
@@ -74,6 +78,14 @@ struct Sweep {
     sums: [[f64; LANES]; MAX_OUTPUTS],
     /// Least squared distances.
     nearest: [f64; LANES],
+}
+
+/// What a second pass over the centres gathers of one output, lane by lane.
+struct Moments {
+    /// Sum of w_c K_c.
+    total: [f64; LANES],
+    /// Sum of w_c K_c c.
+    first: [[f64; LANES]; MAX_FAULTS],
 }
 
 /// f_o(x) = constant_o + slope_o . x + sum_c w_oc exp(-gamma |x - c|^2), x = scaled fault vector.
@@ -147,10 +159,9 @@ impl RbfExpansion {
     /// The least output at the fault vector `k` with its derivatives, which are written to `gradient`.
     pub fn look(&self, k: &[f64], gradient: &mut [f64]) -> Least {
         let x = self.scaled(k);
-        let mut basis = vec![[0.0; LANES]; self.blocks().len()];
-        let sweep = self.sweep(&x, &mut basis);
-        let least = self.least(&sweep, &x);
-        let slopes = self.slopes(&x, &basis, least.output);
+        let mut kept = [[0.0; LANES]; KEPT];
+        let least = self.least(&self.sweep(&x, &mut kept), &x);
+        let slopes = self.slopes(&x, &kept, least.output);
         for (entry, slope) in gradient.iter_mut().enumerate() {
             *slope = slopes[entry] * self.scaling.factor[entry];
         }
@@ -163,13 +174,10 @@ impl RbfExpansion {
         self.sweep(&x, &mut []).nearest.iter().copied().fold(f64::INFINITY, f64::min).sqrt()
     }
 
-    /// The blocks, each as centres (one row per fault) and weights (one row per output).
-    #[inline(always)]
-    fn blocks(&self) -> impl ExactSizeIterator<Item = (&[[f64; LANES]], &[[f64; LANES]])> {
+    /// Number of faults and of outputs.
+    fn sizes(&self) -> (usize, usize) {
         let faults = self.scaling.len();
-        let outputs = self.affine.len() / (faults + 1);
-        let (rows, _) = self.blocks.as_chunks::<LANES>();
-        rows.chunks_exact(faults + outputs).map(move |block| block.split_at(faults))
+        (faults, self.affine.len() / (faults + 1))
     }
 
     fn scaled(&self, k: &[f64]) -> [f64; MAX_FAULTS] {
@@ -182,30 +190,23 @@ impl RbfExpansion {
     /// Passes all centres once, as wide as the processor's registers are; `kept` gets the basis functions
     /// of as many blocks as it has room for.
     fn sweep(&self, x: &[f64; MAX_FAULTS], kept: &mut [[f64; LANES]]) -> Sweep {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || self.sweep_narrow(x, kept),
-        )
+        pulp::Arch::new().dispatch(SweepPass { expansion: self, x, kept })
     }
 
     #[inline(always)]
-    fn sweep_narrow(&self, x: &[f64; MAX_FAULTS], kept: &mut [[f64; LANES]]) -> Sweep {
+    fn pass(&self, (faults, outputs): (usize, usize), x: &[f64; MAX_FAULTS], kept: &mut [[f64; LANES]]) -> Sweep {
         let mut kept = kept.iter_mut();
         let mut sums = [[0.0; LANES]; MAX_OUTPUTS];
         let mut nearest = [f64::INFINITY; LANES];
-        for (centres, weights) in self.blocks() {
+        for block in self.blocks.as_chunks::<LANES>().0.chunks_exact(faults + outputs) {
+            let (centres, weights) = block.split_at(faults);
+            let squared = squared_distances(centres, &x[..faults]);
             let mut basis = [0.0; LANES];
-            for (row, &x) in centres.iter().zip(x) {
-                for lane in 0..LANES {
-                    let difference = x - row[lane];
-                    basis[lane] += difference * difference;
-                }
-            }
             for lane in 0..LANES {
-                nearest[lane] = if basis[lane] < nearest[lane] { basis[lane] } else { nearest[lane] };
-                basis[lane] = exp_negative(-self.gamma * basis[lane]);
+                nearest[lane] = if squared[lane] < nearest[lane] { squared[lane] } else { nearest[lane] };
+                basis[lane] = exp_negative(-self.gamma * squared[lane]);
             }
-            for (sum, weights) in sums.iter_mut().zip(weights) {
+            for (sum, weights) in sums[..outputs].iter_mut().zip(weights) {
                 for lane in 0..LANES {
                     sum[lane] += weights[lane] * basis[lane];
                 }
@@ -229,34 +230,102 @@ impl RbfExpansion {
 
     /// Derivatives of an output by the scaled coordinates x, from the values of its basis functions K_c:
     /// slope - 2 gamma (x sum_c w_c K_c - sum_c w_c K_c c).
-    fn slopes(&self, x: &[f64; MAX_FAULTS], basis: &[[f64; LANES]], output: usize) -> [f64; MAX_FAULTS] {
-        let mut moments = [[0.0; LANES]; MAX_FAULTS];
-        let mut total = [0.0; LANES];
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for ((centres, weights), basis) in self.blocks().zip(basis) {
-                    let mut terms = weights[output];
-                    for lane in 0..LANES {
-                        terms[lane] *= basis[lane];
-                        total[lane] += terms[lane];
-                    }
-                    for (moment, row) in moments.iter_mut().zip(centres) {
-                        for lane in 0..LANES {
-                            moment[lane] += terms[lane] * row[lane];
-                        }
-                    }
-                }
-            },
-        );
+    fn slopes(&self, x: &[f64; MAX_FAULTS], kept: &[[f64; LANES]], output: usize) -> [f64; MAX_FAULTS] {
+        let Moments { total, first } = pulp::Arch::new().dispatch(MomentsPass { expansion: self, x, kept, output });
         let (total, faults) = (total.iter().sum::<f64>(), self.scaling.len());
         let slope = &self.affine[output * (faults + 1) + 1..][..faults];
         let mut slopes = [0.0; MAX_FAULTS];
         for (entry, slope) in slope.iter().enumerate() {
-            slopes[entry] = slope - 2.0 * self.gamma * (x[entry] * total - moments[entry].iter().sum::<f64>());
+            slopes[entry] = slope - 2.0 * self.gamma * (x[entry] * total - first[entry].iter().sum::<f64>());
         }
         slopes
     }
+
+    #[inline(always)]
+    fn moments(
+        &self,
+        (faults, outputs): (usize, usize),
+        x: &[f64; MAX_FAULTS],
+        kept: &[[f64; LANES]],
+        output: usize,
+    ) -> Moments {
+        let mut moments = Moments { total: [0.0; LANES], first: [[0.0; LANES]; MAX_FAULTS] };
+        let Moments { total, first } = &mut moments;
+        let blocks = self.blocks.as_chunks::<LANES>().0.chunks_exact(faults + outputs);
+        for (index, block) in blocks.enumerate() {
+            let (centres, weights) = block.split_at(faults);
+            let mut terms = match kept.get(index) {
+                Some(basis) => *basis,
+                None => squared_distances(centres, &x[..faults]).map(|squared| exp_negative(-self.gamma * squared)),
+            };
+            for lane in 0..LANES {
+                terms[lane] *= weights[output][lane];
+                total[lane] += terms[lane];
+            }
+            for (first, row) in first.iter_mut().zip(centres) {
+                for lane in 0..LANES {
+                    first[lane] += terms[lane] * row[lane];
+                }
+            }
+        }
+        moments
+    }
+}
+
+/// A sweep, to be compiled once per width of registers. (A closure would not do: what calls it is compiled without
+/// wide registers, and never becomes part of what has them.)
+struct SweepPass<'a> {
+    expansion: &'a RbfExpansion,
+    x: &'a [f64; MAX_FAULTS],
+    kept: &'a mut [[f64; LANES]],
+}
+
+impl pulp::WithSimd for SweepPass<'_> {
+    type Output = Sweep;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Sweep {
+        let Self { expansion, x, kept } = self;
+        match expansion.sizes() {
+            // Sizes that are known when this is compiled keep every sum in a register.
+            USUAL_SIZES => expansion.pass(USUAL_SIZES, x, kept),
+            sizes => expansion.pass(sizes, x, kept),
+        }
+    }
+}
+
+/// The second pass of a look, likewise.
+struct MomentsPass<'a> {
+    expansion: &'a RbfExpansion,
+    x: &'a [f64; MAX_FAULTS],
+    kept: &'a [[f64; LANES]],
+    output: usize,
+}
+
+impl pulp::WithSimd for MomentsPass<'_> {
+    type Output = Moments;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Moments {
+        let Self { expansion, x, kept, output } = self;
+        match expansion.sizes() {
+            USUAL_SIZES => expansion.moments(USUAL_SIZES, x, kept, output),
+            sizes => expansion.moments(sizes, x, kept, output),
+        }
+    }
+}
+
+/// Squared distances of the centres of a block from x.
+#[inline(always)]
+fn squared_distances(centres: &[[f64; LANES]], x: &[f64]) -> [f64; LANES] {
+    let mut squared = [0.0; LANES];
+    for entry in 0..x.len() {
+        for lane in 0..LANES {
+            let difference = x[entry] - centres[entry][lane];
+            squared[lane] += difference * difference;
+        }
+    }
+    squared
 }
 
 /// Constant and slopes of an output at scaled coordinates.
@@ -358,7 +427,7 @@ mod tests {
         let expansion = RbfExpansion::new(two_faults(), 2.0, &centres, &[output]);
         for i in 0..50 {
             let x = expansion.scaled(&[0.01 * f64::from(i), 1.0 - 0.013 * f64::from(i)]);
-            assert_eq!(expansion.sweep(&x, &mut []), expansion.sweep_narrow(&x, &mut []));
+            assert_eq!(expansion.sweep(&x, &mut []), expansion.pass(expansion.sizes(), &x, &mut []));
         }
     }
 
