@@ -87,7 +87,7 @@ pub use plan::{Plan, PlannedStretch};
 pub use principal::{Permission, Principal, Scope};
 pub use prognosis::{FaultTrend, Prognosis, Propagation, Status};
 pub use reading::{MapSamples, Reading};
-pub use rul::RulDistribution;
+pub use rul::{QUANTILE_LEVELS, RulDistribution};
 pub use schedule::{Schedule, UtilisationSource};
 pub use scoreboard::Scoreboard;
 pub use sensor_configuration::SensorConfiguration;

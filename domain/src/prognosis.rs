@@ -144,6 +144,17 @@ pub enum Status {
 }
 
 impl Status {
+    /// What it becomes at `now` when it rests on data of a time: stale, once they are older than `stale_after_h` hours. A
+    /// failure stays one, and what has too little history stays unknown.
+    pub fn at(self, newest_data: Option<Timestamp>, now: Timestamp, stale_after_h: f64) -> Self {
+        let is_stale = newest_data.is_some_and(|time| now.hours_since(time) > stale_after_h);
+        match self {
+            Self::Failed | Self::InsufficientHistory => self,
+            _ if is_stale => Self::Stale,
+            _ => self,
+        }
+    }
+
     /// The code.
     pub fn as_str(self) -> &'static str {
         match self {
@@ -167,14 +178,17 @@ impl Forecast {
 impl Prognosis {
     /// The first status that applies at `now`, data older than `stale_after_h` hours being stale.
     pub fn status(&self, now: Timestamp, stale_after_h: f64) -> Status {
+        self.standing().at(Some(self.as_of.recorded_at), now, stale_after_h)
+    }
+
+    /// The first status that applies while the data are not stale.
+    pub fn standing(&self) -> Status {
         let Ok(forecast) = &self.forecast else {
             return Status::InsufficientHistory;
         };
         let seems_failed = forecast.probability_failed >= 0.5;
         if seems_failed && forecast.has_evidence_of_now() {
             Status::Failed
-        } else if now.hours_since(self.as_of.recorded_at) > stale_after_h {
-            Status::Stale
         } else if seems_failed || forecast.doubts.iter().any(|doubt| doubt.kind.forbids_acting()) {
             Status::Inconsistent
         } else if forecast.rul.quantile_fh(0.5).is_none() {

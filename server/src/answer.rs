@@ -2,13 +2,13 @@
 
 use domain::{
     ADVISORY, AsOf, Component, ContentHash, Ensemble, FaultModel, OperatorId, Position, RulDistribution, Schedule,
-    Status, TailNumber, UtilisationSource,
+    Status, TailNumber, Timestamp, UtilisationSource,
 };
 use proto::answer::{
     EndOfLife, FailureProbability, Fault, MaskAnswer, ModelItem, MonteCarlo, Page, RulAnswer, RulQuantiles, TailAnswer,
     TailItem,
 };
-use store::{BundleRecord, ComponentRecord, Installed, InstalledTail, LifeBeginning, SetAsideUploads};
+use store::{BundleRecord, ComponentRecord, Installed, LifeBeginning, SetAsideUploads, TailInShort, Unit};
 
 use crate::{refusal::Refusal, state::State};
 
@@ -80,9 +80,23 @@ pub fn status(state: &State, installed: &Installed) -> Status {
     if installed.found_failed_fh.is_some() {
         return Status::Failed;
     }
-    let stale_after_h = state.stale_after.as_secs_f64() / 3600.0;
-    let judged = installed.prognosis.as_ref().map(|prognosis| prognosis.status((state.clock)(), stale_after_h));
+    let judged = installed.prognosis.as_ref().map(|one| one.status((state.clock)(), stale_after_h(state)));
     judged.unwrap_or(Status::InsufficientHistory)
+}
+
+/// The time before which data are stale now.
+pub fn stale_before(state: &State) -> Timestamp {
+    (state.clock)().plus_hours(-stale_after_h(state))
+}
+
+fn stale_after_h(state: &State) -> f64 {
+    state.stale_after.as_secs_f64() / 3600.0
+}
+
+/// The status of a component in short as it reads now.
+pub fn unit_status(state: &State, unit: &Unit) -> Status {
+    let newest_data = unit.prognosis.as_ref().map(|prognosis| prognosis.as_of.recorded_at);
+    unit.standing().at(newest_data, (state.clock)(), stale_after_h(state))
 }
 
 /// The lack that keeps a component from having a forecast; `None` when there is one.
@@ -131,7 +145,11 @@ pub fn schedule(installed: &Installed, as_of: &AsOf) -> Schedule {
 
 /// Dates at which quantiles of remaining life are flown; `None` for a tail that does not fly, as far as is known.
 pub fn end_of_life(rul: &RulDistribution, schedule: &Schedule) -> Option<EndOfLife> {
-    let quantiles = [0.10, 0.50, 0.90].map(|level| rul.quantile_fh(level));
+    dates([0.10, 0.50, 0.90].map(|level| rul.quantile_fh(level)), schedule)
+}
+
+/// Dates at which the 10 %, 50 % and 90 % quantiles are flown.
+pub fn dates(quantiles: [Option<f64>; 3], schedule: &Schedule) -> Option<EndOfLife> {
     let [date_p10, date_p50, date_p90] = quantiles.map(|hours| date_after(schedule, hours?));
     let first = quantiles.into_iter().flatten().next();
     let fh_per_day = match schedule.source() {
@@ -200,13 +218,16 @@ pub async fn tails(
     after: Option<&TailNumber>,
     limit: u32,
 ) -> Result<Page<TailItem>, Refusal> {
-    let mut fleet = state.store.installed_fleet(operator, after, limit + 1).await?;
-    let next_cursor = next_cursor(&mut fleet, limit, |tail| tail.tail.to_string());
-    let item = |InstalledTail { tail, installed }: InstalledTail| {
-        let bodies: Vec<RulAnswer> = installed.iter().map(|installed| rul(state, installed, None)).collect();
-        TailItem::new(tail.into(), &bodies)
+    let mut tails = state.store.tails_in_short(operator, after, limit + 1).await?;
+    let next_cursor = next_cursor(&mut tails, limit, |tail| tail.tail.to_string());
+    let (now, stale_after_h) = ((state.clock)(), stale_after_h(state));
+    let item = |tail: TailInShort| TailItem {
+        status: tail.status(now, stale_after_h),
+        rul_p10_fh: tail.p10_fh,
+        positions: tail.positions,
+        tail: tail.tail.into(),
     };
-    Ok(Page { items: fleet.into_iter().map(item).collect(), next_cursor })
+    Ok(Page { items: tails.into_iter().map(item).collect(), next_cursor })
 }
 
 /// Cuts the item that was read beyond `limit`, and tells the cursor after the last that stays.

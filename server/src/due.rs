@@ -12,7 +12,7 @@ use domain::{
 };
 use proto::answer::{DueAnswer, DueItem, DueTotals, LatestSafe};
 use serde::Deserializer;
-use store::Installed;
+use store::{Installed, MayBeDue};
 
 use crate::{answer, query, refusal::Refusal, state::State};
 
@@ -20,8 +20,6 @@ use crate::{answer, query, refusal::Refusal, state::State};
 const WITHIN_FH: f64 = 500.0;
 /// Risk above which a component is due unless told otherwise.
 const RISK: f64 = 0.1;
-/// Tails that are read from the store at once.
-const TAILS_AT_ONCE: u32 = 200;
 /// The rule for hours.
 pub const WITHIN_RULE: &str = "flight hours from 0 to 10000, the horizon of forecasts";
 /// The rule for a risk.
@@ -125,25 +123,18 @@ pub struct DueList {
 impl DueList {
     /// Judges every component that is installed, or whose place is unknown.
     pub async fn read(state: &State, operator: &OperatorId, threshold: Threshold) -> Result<Self, Refusal> {
-        let mut list = Self { threshold, totals: DueTotals::default(), entries: Vec::new() };
-        let mut after: Option<TailNumber> = None;
-        loop {
-            let tails = state.store.installed_fleet(operator, after.as_ref(), TAILS_AT_ONCE).await?;
-            let last = tails.last().map(|tail| tail.tail.clone());
-            let complete = tails.len() < TAILS_AT_ONCE as usize;
-            tails.iter().flat_map(|tail| &tail.installed).for_each(|installed| list.add(state, installed));
-            if complete {
-                break;
-            }
-            after = last;
-        }
-        state.store.displaced(operator).await?.iter().for_each(|displaced| list.add(state, displaced));
+        let Threshold { within_fh, risk } = threshold;
+        let stale_before = answer::stale_before(state);
+        let MayBeDue { installed, components } =
+            state.store.may_be_due(operator, within_fh, risk, stale_before).await?;
+        let totals = DueTotals { components, ..DueTotals::default() };
+        let mut list = Self { threshold, totals, entries: Vec::new() };
+        installed.iter().for_each(|installed| list.add(state, installed));
         list.entries.sort_by(|a, b| a.0.order(&b.0));
         Ok(list)
     }
 
     fn add(&mut self, state: &State, installed: &Installed) {
-        self.totals.components += 1;
         let Some((part, item)) = judged(state, installed, self.threshold) else { return };
         match part {
             Part::Failed | Part::Due => self.totals.due += 1,

@@ -4,6 +4,7 @@ use domain::{
     EventId, InstallationSource, PartNumber, Plan, Position, Prognosis, SerialNumber, SetAside, SetAsideReason,
     TailNumber, Timestamp, UploadId, Warning,
 };
+use serde::{Deserialize, Serialize};
 
 use crate::LifeBeginning;
 
@@ -48,7 +49,7 @@ pub struct Installed {
 }
 
 /// Uploads of a life that are set aside.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SetAsideUploads {
     /// Their number.
     pub count: u64,

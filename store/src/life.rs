@@ -1,11 +1,12 @@
 //! Lives of a component: how each began, by what it is judged, and how it ended.
 
 use domain::{EventId, Timestamp};
+use serde::{Deserialize, Serialize};
 
 use crate::{Generation, GenerationRecord, LifeCursor};
 
 /// The overhaul with which a life began.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LifeBeginning {
     /// The event.
     pub event_id: EventId,

@@ -204,7 +204,7 @@ fn quantiles(body: &RulAnswer) -> Vec<(&'static str, String)> {
         ("90 %", rul.p90),
         ("95 %", rul.p95),
     ]
-    .map(|(level, quantile)| (level, hours(body, quantile) + &draw_error(body, level)))
+    .map(|(level, quantile)| (level, hours(body.horizon_fh, quantile) + &draw_error(body, level)))
     .into()
 }
 

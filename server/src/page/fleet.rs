@@ -3,23 +3,28 @@
 use askama::Template;
 use axum::{extract::State as Extract, response::Response};
 use domain::{Timestamp, UtilisationSource};
-use proto::answer::RulAnswer;
+use store::{ListedUnit, Outlook, Unit, WorstUnits};
 
 use super::{
     html,
-    words::{Badge, grouped, hours},
+    words::{ATTENTION_FH, Badge, grouped, hours},
 };
-use crate::{answer, auth::Caller, refusal::Refusal, state::Shared};
+use crate::{
+    answer,
+    auth::Caller,
+    refusal::Refusal,
+    state::{Shared, State},
+};
 
-/// Tails on the page; the rest is told over REST.
-const MAX_TAILS: u32 = 500;
+/// Actuators on the page, the worst first; the rest is told over REST.
+const MOST: u32 = 500;
 
 #[derive(Template)]
 #[template(path = "fleet.html")]
 struct FleetPage {
     now: Timestamp,
-    tails: usize,
-    more: bool,
+    tails: u64,
+    components: u64,
     pending: String,
     rows: Vec<Row>,
     advisory: &'static str,
@@ -43,55 +48,52 @@ struct Row {
 /// `GET /`
 pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Response, Refusal> {
     let state = &shared.state;
-    let mut fleet = state.store.installed_fleet(caller.operator(), None, MAX_TAILS + 1).await?;
-    let more = fleet.len() > MAX_TAILS as usize;
-    fleet.truncate(MAX_TAILS as usize);
-    let displaced = state.store.displaced(caller.operator()).await?;
-    let all = fleet.iter().flat_map(|tail| &tail.installed).chain(&displaced);
-    let mut bodies: Vec<(RulAnswer, bool)> = all.map(|one| (answer::rul(state, one, None), one.place_known)).collect();
-    bodies.sort_by(|(a, _), (b, _)| worst_first(a, b));
+    let stale_before = answer::stale_before(state);
+    let WorstUnits { units, components, tails, pending_uploads } =
+        state.store.worst_units(caller.operator(), stale_before, ATTENTION_FH, MOST).await?;
+    let mut rows: Vec<Row> = units.into_iter().map(|listed| Row::new(state, listed)).collect();
+    // Units of equal rank stay in the order of their quantiles.
+    rows.sort_by_key(|row| row.badge.rank);
     html(&FleetPage {
         now: (state.clock)(),
-        tails: fleet.len(),
-        more,
-        pending: grouped(bodies.iter().map(|(body, _)| body.pending_uploads).sum::<u64>() as f64),
-        rows: bodies.into_iter().map(Row::new).collect(),
+        tails,
+        components,
+        pending: grouped(pending_uploads as f64),
+        rows,
         advisory: domain::ADVISORY,
     })
 }
 
-/// Orders by the need for attention, then by the 10 % quantile and the median; a censored quantile is the longest.
-fn worst_first(a: &RulAnswer, b: &RulAnswer) -> std::cmp::Ordering {
-    let quantiles = |body: &RulAnswer| {
-        let rul = body.rul_fh.as_ref();
-        let known = |quantile: Option<f64>| quantile.unwrap_or(f64::INFINITY);
-        [known(rul.and_then(|rul| rul.p10)), known(rul.and_then(|rul| rul.p50))]
-    };
-    let (x, y) = (quantiles(a), quantiles(b));
-    Badge::of(a).rank.cmp(&Badge::of(b).rank).then(x[0].total_cmp(&y[0])).then(x[1].total_cmp(&y[1]))
-}
-
 impl Row {
-    fn new((body, place_known): (RulAnswer, bool)) -> Self {
-        let rul = body.rul_fh.as_ref();
-        let dates = body.end_of_life.as_ref().map(|end| {
+    fn new(state: &State, ListedUnit { unit, utilisation_fh_per_day, plan }: ListedUnit) -> Self {
+        let status = answer::unit_status(state, &unit);
+        let Unit { tail, position, place_known, part_number, serial_number, prognosis, .. } = unit;
+        let (as_of, outlook) = prognosis.map(|prognosis| (prognosis.as_of, prognosis.outlook)).unzip();
+        let outlook: Option<Outlook> = outlook.flatten();
+        let quantile = |index: usize| outlook.as_ref().and_then(|outlook| outlook.quantiles_fh[index]);
+        let (p10, p50, p90) = (quantile(1), quantile(3), quantile(5));
+        let horizon_fh = outlook.as_ref().map(|outlook| outlook.horizon_fh);
+        let schedule = as_of.as_ref().map(|as_of| plan.schedule(as_of.recorded_at, utilisation_fh_per_day));
+        let end = schedule.filter(|_| outlook.is_some()).and_then(|schedule| answer::dates([p10, p50, p90], &schedule));
+        let dates = end.map(|end| {
             let date = |date: &Option<String>| date.clone().unwrap_or_else(|| "later".to_owned());
             let by = if end.utilisation_source == UtilisationSource::Plan { ", as planned" } else { "" };
             format!("{} \u{2013} {}{by}", date(&end.date_p10), date(&end.date_p50))
         });
+        let pace = outlook.as_ref().and_then(|outlook| outlook.pace);
+        let doubts = outlook.iter().flat_map(|outlook| &outlook.doubts).copied();
         Self {
-            badge: Badge::of(&body),
-            p10: hours(&body, rul.and_then(|rul| rul.p10)),
-            p50: hours(&body, rul.and_then(|rul| rul.p50)),
+            badge: Badge::of_quantile(status, p10, doubts),
+            p10: hours(horizon_fh, p10),
+            p50: hours(horizon_fh, p50),
             dates: dates.unwrap_or_else(|| "unknown".to_owned()),
-            pace: body.pace.as_ref().map(|pace| format!("wears at {:.2} of the reference pace", pace.now)),
-            dominant_fault: body.dominant_fault.unwrap_or_else(|| "unknown".to_owned()),
-            as_of: body
-                .as_of
+            pace: pace.map(|pace| format!("wears at {pace:.2} of the reference pace")),
+            dominant_fault: outlook.map_or_else(|| "unknown".to_owned(), |outlook| outlook.dominant_fault),
+            as_of: as_of
                 .map_or_else(|| "nothing yet".to_owned(), |as_of| format!("{} fh", grouped(as_of.flight_hours))),
-            place: place_known.then_some((body.tail, body.position)),
-            part_number: body.part_number,
-            serial_number: body.serial_number,
+            place: place_known.then(|| (tail.to_string(), position.to_string())),
+            part_number: part_number.to_string(),
+            serial_number: serial_number.to_string(),
         }
     }
 }

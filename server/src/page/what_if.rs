@@ -79,7 +79,7 @@ fn rows(answer: &WhatIfAnswer) -> Vec<(String, String, String)> {
     let both =
         |what: &str, told: &dyn Fn(&RulAnswer) -> String| (what.to_owned(), told(&answer.now), told(&answer.assumed));
     let quantile = |which: fn(&RulQuantiles) -> Option<f64>| {
-        move |body: &RulAnswer| hours(body, body.rul_fh.as_ref().and_then(which))
+        move |body: &RulAnswer| hours(body.horizon_fh, body.rul_fh.as_ref().and_then(which))
     };
     let mut rows = vec![
         both("Remaining life, 10 % quantile", &quantile(|rul| rul.p10)),

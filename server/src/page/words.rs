@@ -4,7 +4,7 @@ use domain::{Doubt, DoubtKind, Status, Timestamp};
 use proto::answer::RulAnswer;
 
 /// Below this 10 % quantile of remaining life a forecast asks for attention, flight hours.
-const ATTENTION_FH: f64 = 500.0;
+pub const ATTENTION_FH: f64 = 500.0;
 
 /// A status in words, with an icon and a class of the style sheet. Unknown is never green.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,18 +22,24 @@ pub struct Badge {
 impl Badge {
     /// The badge of a prognosis.
     pub fn of(body: &RulAnswer) -> Self {
-        let p10 = body.rul_fh.as_ref().and_then(|rul| rul.p10);
-        let near = p10.is_some_and(|p10| p10 < ATTENTION_FH);
-        Self::new(body.status, body.doubts.as_deref(), near, "end of life near")
+        let doubts = body.doubts.iter().flatten().map(|doubt| doubt.kind);
+        Self::of_quantile(body.status, body.rul_fh.as_ref().and_then(|rul| rul.p10), doubts)
+    }
+
+    /// The badge of a prognosis of which the 10 % quantile is known.
+    pub fn of_quantile(status: Status, p10_fh: Option<f64>, doubts: impl Iterator<Item = DoubtKind>) -> Self {
+        let near = p10_fh.is_some_and(|p10| p10 < ATTENTION_FH);
+        Self::new(status, doubts, near, "end of life near")
     }
 
     /// The badge of a component on the due list: what is known of it asks for attention.
     pub fn due(status: Status, doubts: Option<&[Doubt]>) -> Self {
-        Self::new(status, doubts, true, "due")
+        Self::new(status, doubts.into_iter().flatten().map(|doubt| doubt.kind), true, "due")
     }
 
-    fn new(status: Status, doubts: Option<&[Doubt]>, near: bool, near_words: &'static str) -> Self {
-        let has = |kind: DoubtKind| doubts.unwrap_or_default().iter().any(|doubt| doubt.kind == kind);
+    fn new(status: Status, doubts: impl Iterator<Item = DoubtKind>, near: bool, near_words: &'static str) -> Self {
+        let doubts: Vec<DoubtKind> = doubts.collect();
+        let has = |kind: DoubtKind| doubts.contains(&kind);
         let (rank, class, icon, words) = match status {
             Status::Failed => (0, "failed", "✖", "failed"),
             Status::Ok | Status::BeyondHorizon if near => (1, "soon", "▲", near_words),
@@ -52,8 +58,8 @@ impl Badge {
 }
 
 /// Flight hours, or what a missing quantile means.
-pub fn hours(body: &RulAnswer, quantile: Option<f64>) -> String {
-    match (quantile, body.horizon_fh) {
+pub fn hours(horizon_fh: Option<f64>, quantile: Option<f64>) -> String {
+    match (quantile, horizon_fh) {
         (Some(hours), _) => format!("{} fh", grouped(hours)),
         (None, Some(horizon)) => format!("> {} fh", grouped(horizon)),
         (None, None) => "unknown".to_owned(),

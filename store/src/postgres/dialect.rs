@@ -27,3 +27,10 @@ macro_rules! now {
         "cast(extract(epoch from clock_timestamp()) * 1000000 as bigint)"
     };
 }
+
+/// Ends a query whose rows are taken until the transaction ends: whoever else wants to write them waits.
+macro_rules! alone {
+    () => {
+        " for no key update"
+    };
+}

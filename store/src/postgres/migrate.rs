@@ -6,7 +6,7 @@ use sqlx::{AssertSqlSafe, Connection as _, PgConnection, migrate::Migrator, post
 
 use super::{
     open::{check_server, connect_options, schema_version},
-    sql::{derive_again, seal_models, seal_rows},
+    sql::{catch_up, derive_again, seal_models, seal_rows},
 };
 use crate::{StoreError, schema::SCHEMA};
 
@@ -23,6 +23,12 @@ pub(crate) async fn migrate(url: &str, service_role: Option<&str>) -> Result<(),
     let migrated = migrator.run_direct(None, &mut connection, false).await;
     migrated.map_err(|error| StoreError::Migration(Arc::new(error)))?;
     seal(&options, &mut connection).await?;
+    for operator in operators(&mut connection).await? {
+        sqlx::query(ENTER).bind(&operator).execute(&mut connection).await?;
+        if let Ok(operator) = operator.parse() {
+            catch_up(&mut connection, &operator).await?;
+        }
+    }
     debug_assert_eq!(schema_version(&mut connection).await?.map(|version| version >= SCHEMA), Some(true));
     if let Some(role) = service_role {
         let_serve(&mut connection, role).await?;

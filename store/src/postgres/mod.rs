@@ -16,6 +16,7 @@ mod lanes;
 mod migrate;
 mod open;
 mod partitions;
+mod sets;
 #[allow(clippy::duplicate_mod, reason = "compiled once for each database, with its types")]
 #[path = "../sql/mod.rs"]
 mod sql;
@@ -27,7 +28,7 @@ use domain::{OperatorId, Timestamp};
 use sqlx::{PgPool, Transaction};
 use tokio::{sync::Notify, task::AbortHandle};
 
-use crate::{Clock, StoreError, outages::Outages};
+use crate::{Clock, Scope, StoreError, Version, outages::Outages};
 use lanes::Lanes;
 use sql::{Turns, Write};
 use writer::Writer;
@@ -52,6 +53,17 @@ pub(crate) struct Engine {
 }
 
 impl Engine {
+    /// Commits are not counted: other processes write, too, so versions are read whenever they are asked for.
+    fn commits(&self) -> Option<u64> {
+        None
+    }
+
+    fn known_version(&self, _: Option<u64>, _: &OperatorId, _: Scope<'_>) -> Option<Version> {
+        None
+    }
+
+    fn keep_version(&self, _: Option<u64>, _: &OperatorId, _: Scope<'_>, _: Version) {}
+
     /// Reads what belongs to one operator, all of it as of one moment.
     async fn read(&self, operator: &OperatorId) -> Result<Transaction<'static, Database>, StoreError> {
         let mut transaction = self.begin_read().await?;

@@ -18,7 +18,7 @@ use sqlx::{Connection as _, PgPool};
 use tokio::time::sleep;
 
 use super::{
-    Connection,
+    Connection, sets,
     sql::{Job, Reach, enrol_operator},
 };
 use crate::{Clock, StoreError, outages::Outages};
@@ -139,9 +139,7 @@ impl Writer {
     ) -> Result<Option<(Option<String>, StoreError)>, StoreError> {
         let mut transaction = connection.begin().await?;
         let Opening { now, id } = self.open(&mut transaction, batch[0].reach()).await?;
-        for job in batch.iter_mut() {
-            job.apply(&mut transaction, now).await?;
-        }
+        sets::apply(batch, &mut transaction, now).await?;
         Ok(transaction.commit().await.err().map(|error| (id, error.into())))
     }
 

@@ -28,6 +28,9 @@ mod lives;
 
 mod results;
 
+// What is told of it.
+mod board;
+
 // What operators change, and what workers do.
 mod inputs;
 
@@ -42,6 +45,9 @@ use super::{Arguments, Connection, Database, Engine};
 
 #[allow(unused_imports, reason = "SQLite has no row-level security")]
 pub(crate) use access::operators::{enrol as enrol_operator, names as operators};
+pub(crate) use board::following::catch_up;
+#[allow(unused_imports, reason = "SQLite stores uploads one after the other")]
+pub(crate) use by_sets::*;
 pub(crate) use ground::job::{Job, waiting};
 #[allow(unused_imports, reason = "SQLite writes everything one after the other")]
 pub(crate) use ground::write::Reach;
@@ -49,3 +55,18 @@ pub(crate) use ground::write::Write;
 pub(crate) use integrity::sealing::{seal_models, seal_rows};
 pub(crate) use places::settling::derive_again;
 pub(crate) use queue::leases::Turns;
+
+/// What storing uploads by sets is made of.
+#[allow(unused_imports, reason = "SQLite stores uploads one after the other")]
+mod by_sets {
+    pub(crate) use super::{
+        ground::{job::Waiting, key::UploadKey, row::hours_column, sealed::Sealed},
+        inputs::ingest::Accept,
+        lives::{
+            life::{LifeRow, life_columns},
+            order::Overhauls,
+        },
+        places::installations::InstallationRow,
+        uploads::{inbox::InboxRow, keys::UploadKeyRow, received::seal as seal_upload},
+    };
+}

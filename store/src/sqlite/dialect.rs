@@ -20,3 +20,10 @@ macro_rules! whole {
         concat!("cast(", $number, " as integer)")
     };
 }
+
+/// Ends a query whose rows are written next: nobody else writes.
+macro_rules! alone {
+    () => {
+        ""
+    };
+}

@@ -10,14 +10,16 @@ mod owned;
 #[allow(clippy::duplicate_mod, reason = "compiled once for each database, with its types")]
 #[path = "../sql/mod.rs"]
 mod sql;
+mod versions;
 mod writer;
 
 use domain::{OperatorId, Timestamp};
 use sqlx::{SqlitePool, Transaction};
 
-use crate::{Clock, StoreError, outages::Outages};
+use crate::{Clock, Scope, StoreError, Version, outages::Outages};
 use file::Presence;
 use sql::{Turns, Write};
+use versions::Versions;
 use writer::Writer;
 
 pub(crate) use open::adopt;
@@ -33,9 +35,27 @@ pub(crate) struct Engine {
     turns: Turns,
     clock: Clock,
     presence: Presence,
+    versions: Versions,
 }
 
 impl Engine {
+    /// Commits so far, where none can happen elsewhere: in the process that owns the file.
+    fn commits(&self) -> Option<u64> {
+        self.writer.commits()
+    }
+
+    /// The version of what is shown, if it was asked for since the last commit.
+    fn known_version(&self, commits: Option<u64>, operator: &OperatorId, scope: Scope<'_>) -> Option<Version> {
+        self.versions.get(commits?, operator, scope)
+    }
+
+    /// Keeps a version that was read after so many commits.
+    fn keep_version(&self, commits: Option<u64>, operator: &OperatorId, scope: Scope<'_>, version: Version) {
+        if let Some(commits) = commits {
+            self.versions.keep(commits, operator, scope, version);
+        }
+    }
+
     /// Reads what belongs to one operator, all of it as of one moment.
     async fn read(&self, _: &OperatorId) -> Result<Transaction<'static, Database>, StoreError> {
         self.read_all().await

@@ -12,7 +12,8 @@ use super::{
     Engine,
     file::{DatabaseFile, Header, Presence, io_error},
     owned::{Owned, Place, say_open},
-    sql::{Turns, derive_again, operators, seal_models, seal_rows},
+    sql::{Turns, catch_up, derive_again, operators, seal_models, seal_rows},
+    versions::Versions,
     writer::Writer,
 };
 use crate::{Clock, Options, StoreError, schema::SCHEMA};
@@ -34,6 +35,9 @@ impl Engine {
         let mut connection = place.connect().await?;
         migrate(&mut connection).await?;
         seal(&mut connection, file.path()).await?;
+        for operator in operators(&mut connection).await? {
+            catch_up(&mut connection, &operator).await?;
+        }
         // One process owns the file, so whoever held a lease is gone.
         sqlx::query("update component_queue set lease_until = 0 where lease_until > 0")
             .execute(&mut connection)
@@ -45,13 +49,13 @@ impl Engine {
         let clock = options.clock.unwrap_or_else(Clock::system);
         let owned = Owned { connection: Some(connection), place, ownership: Some(ownership) };
         let writer = Writer::start(owned, options.queue_capacity, clock.clone());
-        Ok(Self { readers, writer, turns: Turns::default(), clock, presence })
+        Ok(Self { readers, writer, turns: Turns::default(), clock, presence, versions: Versions::default() })
     }
 
     pub(crate) async fn open_read_only(url: &str) -> Result<Self, StoreError> {
         let (readers, presence) = current(&DatabaseFile::from_url(url)?, Options::default().read_connections).await?;
         let (writer, turns, clock) = (Writer::none(), Turns::default(), Clock::system());
-        Ok(Self { readers, writer, turns, clock, presence })
+        Ok(Self { readers, writer, turns, clock, presence, versions: Versions::default() })
     }
 
     pub(crate) async fn open_beside(url: &str) -> Result<Self, StoreError> {
@@ -61,7 +65,7 @@ impl Engine {
         let place = Place::new(&file, patient)?;
         let owned = Owned { connection: Some(place.connect().await?), place, ownership: None };
         let writer = Writer::start(owned, 1, clock.clone());
-        Ok(Self { readers, writer, turns: Turns::default(), clock, presence })
+        Ok(Self { readers, writer, turns: Turns::default(), clock, presence, versions: Versions::default() })
     }
 
     pub(crate) async fn close(&self) {

@@ -14,7 +14,10 @@
 //! `commit_failures_total`, and `upload_queue_waiting`, the uploads that a full transaction left waiting.
 
 use std::{
-    sync::{Arc, Mutex, PoisonError},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
     time::Instant,
 };
 
@@ -41,6 +44,10 @@ pub(super) struct Writer {
     uploads: mpsc::Sender<Box<dyn Job>>,
     results: mpsc::Sender<Box<dyn Job>>,
     committed: Arc<Notify>,
+    /// Transactions that were committed.
+    commits: Arc<AtomicU64>,
+    /// Whether nobody else writes.
+    is_alone: bool,
     outages: Arc<Outages>,
     task: Mutex<Option<Running>>,
     /// The answer to a write when nothing is written any longer.
@@ -60,12 +67,14 @@ impl Writer {
         let (results, result_jobs) = mpsc::channel(RESULTS_PER_COMMIT);
         let (stop, stopping) = oneshot::channel();
         let (committed, outages) = (Arc::new(Notify::new()), Arc::<Outages>::default());
+        let (commits, is_alone) = (Arc::<AtomicU64>::default(), owned.ownership.is_some());
         let task = Task {
             owned,
             clock,
             uploads: upload_jobs,
             results: result_jobs,
             committed: committed.clone(),
+            commits: commits.clone(),
             outages: outages.clone(),
             stopping,
             stopped: false,
@@ -73,14 +82,15 @@ impl Writer {
         };
         let running = Running { stop, task: tokio::spawn(task.run()) };
         let (task, refusal) = (Mutex::new(Some(running)), StoreError::Closed);
-        Self { uploads, results, committed, outages, task, refusal }
+        Self { uploads, results, committed, commits, is_alone, outages, task, refusal }
     }
 
     /// The writer of a file that is only read: it refuses every write.
     pub(super) fn none() -> Self {
         let ((uploads, _), (results, _)) = (mpsc::channel(1), mpsc::channel(1));
         let (committed, outages) = (Arc::default(), Arc::default());
-        Self { uploads, results, committed, outages, task: Mutex::new(None), refusal: StoreError::ReadOnly }
+        let (task, refusal) = (Mutex::new(None), StoreError::ReadOnly);
+        Self { uploads, results, committed, commits: Arc::default(), is_alone: false, outages, task, refusal }
     }
 
     /// Queues an upload, or refuses it when too many wait.
@@ -103,6 +113,11 @@ impl Writer {
     /// Told of every commit.
     pub(super) fn committed(&self) -> &Notify {
         &self.committed
+    }
+
+    /// Commits so far, counted before anyone is answered; `None` where others write, too.
+    pub(super) fn commits(&self) -> Option<u64> {
+        self.is_alone.then(|| self.commits.load(Ordering::SeqCst))
     }
 
     /// The outages that keep it from storing anything.
@@ -135,6 +150,7 @@ struct Task {
     uploads: mpsc::Receiver<Box<dyn Job>>,
     results: mpsc::Receiver<Box<dyn Job>>,
     committed: Arc<Notify>,
+    commits: Arc<AtomicU64>,
     outages: Arc<Outages>,
     stopping: oneshot::Receiver<()>,
     stopped: bool,
@@ -230,6 +246,8 @@ impl Task {
             Err(displaced) => Err(displaced),
         };
         if written.is_ok() {
+            // Whatever comes of it: what was read before may be true no longer.
+            self.commits.fetch_add(1, Ordering::SeqCst);
             written = place.check_written().and(written);
         }
         match (written, connection.take()) {

@@ -1,13 +1,13 @@
 //! Answers: uploads, events, components, places and histories.
 
 use domain::{
-    Component, ContentHash, Estimate, EventId, OperatorId, Position, State, TailNumber, UploadId, UploadStateKind,
+    Component, Estimate, EventId, OperatorId, Position, State, TailNumber, Timestamp, UploadId, UploadStateKind,
 };
 
 use super::{Backend, Store, backend};
 use crate::{
-    ComponentRecord, EventRecord, HistoryOf, Installation, Installed, InstalledTail, IssuedLife, LifeCursor, Scope,
-    StoreError, UploadRecord, Version,
+    ComponentRecord, EventRecord, HistoryOf, Installation, Installed, InstalledTail, IssuedLife, LifeCursor, MayBeDue,
+    Scope, StoreError, TailInShort, UploadRecord, Version, WorstUnits,
 };
 
 impl Store {
@@ -112,15 +112,41 @@ impl Store {
     /// The version of what [`Self::installed`], [`Self::installed_at`], [`Self::installed_fleet`] and
     /// [`Self::displaced`] tell of a scope.
     pub async fn version(&self, operator: &OperatorId, scope: Scope<'_>) -> Result<Version, StoreError> {
-        let mut displaced = self.displaced(operator).await?;
-        let shown = match scope {
-            Scope::Fleet => format!("{:?}", self.installed_fleet(operator, None, u32::MAX).await?),
-            Scope::Tail(tail) => {
-                displaced.retain(|one| one.tail == *tail);
-                format!("{:?}", self.installed(operator, tail).await?)
-            }
-        };
-        Ok(Version(ContentHash::of_parts([shown.as_bytes(), format!("{displaced:?}").as_bytes()])))
+        backend!(self, version(operator, scope))
+    }
+
+    /// Tails of an operator in alphabetical order, from the first one after `after`, in short.
+    pub async fn tails_in_short(
+        &self,
+        operator: &OperatorId,
+        after: Option<&TailNumber>,
+        limit: u32,
+    ) -> Result<Vec<TailInShort>, StoreError> {
+        backend!(self, tails_in_short(operator, after, limit))
+    }
+
+    /// The components of an operator of which some are due: those that may fail within some flight hours with more than a
+    /// risk, those without a forecast to act on, and those whose newest data are older than a time.
+    pub async fn may_be_due(
+        &self,
+        operator: &OperatorId,
+        within_fh: f64,
+        risk: f64,
+        stale_before: Timestamp,
+    ) -> Result<MayBeDue, StoreError> {
+        backend!(self, may_be_due(operator, within_fh, risk, stale_before))
+    }
+
+    /// The components of an operator, the worst first: failed ones, those whose 10 % quantile of remaining life is shorter
+    /// than `near_fh`, unknown ones and those whose newest data are older than a time, all others; each by its quantiles.
+    pub async fn worst_units(
+        &self,
+        operator: &OperatorId,
+        stale_before: Timestamp,
+        near_fh: f64,
+        limit: u32,
+    ) -> Result<WorstUnits, StoreError> {
+        backend!(self, worst_units(operator, stale_before, near_fh, limit))
     }
 
     /// Estimates that count in a life of a component (the newest one unless it is named) with `from_fh <= flight_hours

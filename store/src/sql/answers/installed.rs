@@ -1,52 +1,47 @@
-//! Components installed on a tail, each with its issued prognosis, as they are answered.
+//! Components at their places, each with its issued prognosis, as they are answered: read off the board.
 
 use std::collections::BTreeMap;
 
-use domain::{Component, OperatorId, Plan, Position, Prognosis, TailNumber, Timestamp};
+use domain::{OperatorId, Plan, Position, Prognosis, TailNumber, Timestamp};
 
 use super::super::{
-    Engine,
+    Connection, Engine,
+    board::{
+        self,
+        units::{UnitRow, unit_columns},
+    },
     ground::{
         row::{Body, corrupt, count, parse},
         sealed::Sealed,
     },
-    lives::{
-        endings,
-        life::{LifeRow, life_columns},
-    },
-    places::{installations::InstallationRow, plans, tails, utilisation},
+    places::{plans, tails},
     results::prognoses::PrognosisRow,
 };
-use super::hindrances;
-use crate::{Installed, InstalledTail, LifeBeginning, SetAsideUploads, StoreError};
+use crate::{
+    Installed, InstalledTail, ListedUnit, MayBeDue, SetAsideUploads, StoreError, TailInShort, Unit, WorstUnits,
+};
 
-const INSTALLATIONS: &str = "installations";
 /// Behind every tail.
 const LAST: &str = "\u{10ffff}";
 
-/// Installed components for which a condition holds, by tail and position.
+/// Components for which a condition holds, by tail and position, with their prognoses. Several may have lost the same
+/// place.
 macro_rules! installed {
-    ($condition:literal) => {
+    ($($condition:literal),+) => {
         concat!(
-            "select i.tail, i.position, i.from_at, i.from_by, i.from_name, i.to_at, i.to_by, i.to_name,
-                    i.checksum as place_checksum, ",
-            life_columns!(),
+            "select ",
+            unit_columns!(),
             ",      (select count(*) from inbox w
-                     where w.operator = i.operator and w.part_number = i.part_number
-                       and w.serial_number = i.serial_number) as pending,
-                    p.fence, p.issued_at, p.body, p.checksum, p.forecast_from_fh
-             from installations i
-             join lives l on l.operator = i.operator and l.part_number = i.part_number
-                  and l.serial_number = i.serial_number
-                  and l.overhaul_index = (select max(n.overhaul_index) from lives n
-                                          where n.operator = i.operator and n.part_number = i.part_number
-                                            and n.serial_number = i.serial_number)
-             left join prognoses p on p.operator = l.operator and p.part_number = l.part_number
-                  and p.serial_number = l.serial_number and p.overhaul_index = l.overhaul_index
-                  and p.generation = l.generation and p.fence = l.prognosis_fence
-             where i.operator = $1 and ",
-            $condition,
-            " order by i.tail, i.position"
+                     where w.operator = u.operator and w.part_number = u.part_number
+                       and w.serial_number = u.serial_number) as pending,
+                    p.fence, p.issued_at, p.body as prognosis_body, p.checksum, p.forecast_from_fh
+             from board_units u
+             left join prognoses p on p.operator = u.operator and p.part_number = u.part_number
+                  and p.serial_number = u.serial_number and p.overhaul_index = u.overhaul_index
+                  and p.generation = u.generation and p.fence = u.prognosis_fence
+             where u.operator = $1 and ",
+            $($condition,)+
+            " order by u.tail, u.position, u.part_number, u.serial_number"
         )
     };
 }
@@ -76,76 +71,113 @@ impl Engine {
         limit: u32,
     ) -> Result<Vec<InstalledTail>, StoreError> {
         let mut transaction = self.read(operator).await?;
-        let after = after.map_or("", TailNumber::as_str);
-        let listed = tails::rows(&mut transaction, operator, after, limit).await?;
-        let is_last_page = u32::try_from(listed.len()).is_ok_and(|listed| listed < limit);
-        let last = listed.last().filter(|_| !is_last_page).map_or(LAST, |row| &row.tail).to_owned();
-        let mut fleet: Vec<InstalledTail> = Vec::with_capacity(listed.len());
-        for row in listed {
-            match row.checked() {
-                Ok(row) => fleet.push(InstalledTail { tail: parse("tails", &row.tail)?, installed: Vec::new() }),
-                Err(damage) => {
-                    tracing::error!(error = %damage, "a tail is listed only if something is installed on it")
-                }
-            }
-        }
-        let rows: Vec<InstalledRow> = sqlx::query_as(installed!("i.to_at is null and i.tail > $2 and i.tail <= $3"))
-            .bind(operator.as_str())
-            .bind(after)
-            .bind(&last)
-            .fetch_all(&mut *transaction)
-            .await?;
-        let utilisation = utilisation::of_tails(&mut transaction, operator, after, &last).await?;
-        let plans = plans::of_tails(&mut transaction, operator, after, &last).await?;
-        let found_failed = endings::on_tails(&mut transaction, operator, after, &last).await?;
-        let mut by_tail: BTreeMap<TailNumber, Vec<Installed>> = BTreeMap::new();
+        let (mut fleet, (after, last)) = page(&mut transaction, operator, after, limit).await?;
+        let query = sqlx::query_as(installed!("u.place_known = 1 and u.tail > $2 and u.tail <= $3"));
+        let query = query.bind(operator.as_str()).bind(&after).bind(&last);
+        let rows: Vec<InstalledRow> = query.fetch_all(&mut *transaction).await?;
+        let flown = flown(&mut transaction, operator, &after, &last).await?;
         for row in rows {
-            let tail = parse(INSTALLATIONS, &row.place.tail)?;
-            let flown = Flown::new(utilisation.get(&tail).copied(), plans.get(&tail).cloned());
-            let installed = row.installed(flown, &found_failed)?;
-            by_tail.entry(tail).or_default().push(installed);
+            let installed = row.installed(&flown)?;
+            fleet.entry(installed.tail.clone()).or_default().push(installed);
         }
-        for tail in &mut fleet {
-            tail.installed = by_tail.remove(&tail.tail).unwrap_or_default();
-        }
-        // What is installed on a tail that is not among all tails is on the list all the same.
-        fleet.extend(by_tail.into_iter().map(|(tail, installed)| InstalledTail { tail, installed }));
-        fleet.sort_by(|a, b| a.tail.cmp(&b.tail));
-        let installed = fleet.iter_mut().flat_map(|tail| &mut tail.installed);
-        hindrances::tell(&mut transaction, operator, (after, &last), installed).await?;
-        Ok(fleet)
+        Ok(fleet.into_iter().map(|(tail, installed)| InstalledTail { tail, installed }).collect())
     }
 
     /// Components that lost their places to others, and that nobody removed; each where it was last.
     pub(crate) async fn displaced(&self, operator: &OperatorId) -> Result<Vec<Installed>, StoreError> {
+        let query = sqlx::query_as(installed!("u.place_known = 0")).bind(operator.as_str());
+        let rows: Vec<InstalledRow> = query.fetch_all(&mut *self.read(operator).await?).await?;
+        let flown = BTreeMap::new();
+        rows.into_iter().map(|row| row.installed(&flown)).collect()
+    }
+
+    pub(crate) async fn tails_in_short(
+        &self,
+        operator: &OperatorId,
+        after: Option<&TailNumber>,
+        limit: u32,
+    ) -> Result<Vec<TailInShort>, StoreError> {
         let mut transaction = self.read(operator).await?;
-        let rows: Vec<InstalledRow> = sqlx::query_as(installed!(
-            "i.to_at is not null
-             and not exists (
-               select 1 from installations n
-               where n.operator = i.operator and n.part_number = i.part_number and n.serial_number = i.serial_number
-                 and (n.to_at is null or (n.from_at, n.from_by, n.from_name) > (i.from_at, i.from_by, i.from_name)))
-             and not exists (
-               select 1 from movements m
-               where m.operator = i.operator and m.part_number = i.part_number and m.serial_number = i.serial_number
-                 and m.inward = 0 and m.occurred_at >= i.to_at)"
-        ))
-        .bind(operator.as_str())
-        .fetch_all(&mut *transaction)
-        .await?;
-        let mut displaced = Vec::new();
-        for row in rows {
-            let (component, life) = (row.life.component()?, row.life.overhaul_index);
-            let failed = endings::of_component(&mut transaction, &component).await?.remove(&life);
-            let found_failed = failed.map(|hours| (component, hours)).into_iter().collect();
-            displaced.push(row.installed(Flown::default(), &found_failed)?);
+        let (listed, (after, last)) = page::<()>(&mut transaction, operator, after, limit).await?;
+        let mut fleet: BTreeMap<TailNumber, TailInShort> =
+            listed.into_keys().map(|tail| (tail.clone(), TailInShort::empty(tail))).collect();
+        for row in board::tails::of_tails(&mut transaction, operator, &after, &last).await? {
+            match row.check() {
+                Ok(()) => {
+                    let tail: TailNumber = parse("board_tails", &row.tail)?;
+                    fleet.insert(tail.clone(), row.in_short(tail)?);
+                }
+                Err(damage) => tracing::error!(error = %damage, "a tail is listed without what is on it"),
+            }
         }
-        // Several may have lost the same place.
-        displaced.sort_by(|a, b| {
-            let by_place = (&a.tail, &a.position).cmp(&(&b.tail, &b.position));
-            by_place.then_with(|| (&a.part_number, &a.serial_number).cmp(&(&b.part_number, &b.serial_number)))
+        Ok(fleet.into_values().collect())
+    }
+
+    pub(crate) async fn may_be_due(
+        &self,
+        operator: &OperatorId,
+        within_fh: f64,
+        risk: f64,
+        stale_before: Timestamp,
+    ) -> Result<MayBeDue, StoreError> {
+        let mut transaction = self.read(operator).await?;
+        let (components,): (i64,) = sqlx::query_as("select count(*) from board_units where operator = $1")
+            .bind(operator.as_str())
+            .fetch_one(&mut *transaction)
+            .await?;
+        let query = sqlx::query_as(possibly_due(risk)).bind(operator.as_str());
+        let query = query.bind(stale_before.micros()).bind(within_fh);
+        let rows: Vec<InstalledRow> = query.fetch_all(&mut *transaction).await?;
+        let flown = flown(&mut transaction, operator, "", LAST).await?;
+        let installed = rows.into_iter().map(|row| row.installed(&flown)).collect::<Result<_, _>>()?;
+        Ok(MayBeDue { installed, components: count("board_units", components)? })
+    }
+
+    pub(crate) async fn worst_units(
+        &self,
+        operator: &OperatorId,
+        stale_before: Timestamp,
+        near_fh: f64,
+        limit: u32,
+    ) -> Result<WorstUnits, StoreError> {
+        let mut transaction = self.read(operator).await?;
+        let (components, tails, pending): (i64, i64, i64) = sqlx::query_as(
+            "select (select count(*) from board_units where operator = $1),
+                    (select count(*) from tails where operator = $1),
+                    (select count(*) from inbox where operator = $1)",
+        )
+        .bind(operator.as_str())
+        .fetch_one(&mut *transaction)
+        .await?;
+        let query = sqlx::query_as(concat!(
+            "select ",
+            unit_columns!(),
+            "from board_units u where u.operator = $1
+             order by case when u.standing = 'failed' then 0
+                           when u.standing in ('insufficient_history', 'inconsistent') or u.as_of_at < $2 then 2
+                           when u.p10_fh < $3 then 1
+                           else 3 end,
+                      coalesce(u.p10_fh, 1e300), coalesce(u.p50_fh, 1e300), u.tail, u.position, u.part_number,
+                      u.serial_number
+             limit $4"
+        ));
+        let query = query.bind(operator.as_str()).bind(stale_before.micros()).bind(near_fh).bind(i64::from(limit));
+        let rows: Vec<UnitRow> = query.fetch_all(&mut *transaction).await?;
+        let flown = flown(&mut transaction, operator, "", LAST).await?;
+        let listed = rows.into_iter().map(|row| {
+            let unit = row.unit()?;
+            let Flown { utilisation_fh_per_day, plan } = match unit.place_known {
+                true => flown.get(&unit.tail).cloned().unwrap_or_default(),
+                false => Flown::default(),
+            };
+            Ok(ListedUnit { unit, utilisation_fh_per_day, plan })
         });
-        Ok(displaced)
+        Ok(WorstUnits {
+            units: listed.collect::<Result<_, StoreError>>()?,
+            components: count("board_units", components)?,
+            tails: count("tails", tails)?,
+            pending_uploads: count("inbox", pending)?,
+        })
     }
 
     async fn installed_where(
@@ -155,38 +187,105 @@ impl Engine {
         position: Option<&Position>,
     ) -> Result<Vec<Installed>, StoreError> {
         let mut transaction = self.read(operator).await?;
-        let rows: Vec<InstalledRow> =
-            sqlx::query_as(installed!("i.to_at is null and i.tail = $2 and ($3 is null or i.position = $3)"))
-                .bind(operator.as_str())
-                .bind(tail.as_str())
-                .bind(position.map(Position::as_str))
-                .fetch_all(&mut *transaction)
-                .await?;
+        let query = sqlx::query_as(installed!("u.tail = $2 and u.place_known = 1 and ($3 is null or u.position = $3)"));
+        let query = query.bind(operator.as_str()).bind(tail.as_str()).bind(position.map(Position::as_str));
+        let rows: Vec<InstalledRow> = query.fetch_all(&mut *transaction).await?;
         if rows.is_empty() {
             return Ok(Vec::new());
         }
-        let utilisation = utilisation::fh_per_day(&mut transaction, operator, tail).await?;
-        let found_failed = endings::on_tails(&mut transaction, operator, tail.as_str(), tail.as_str()).await?;
+        let row = board::tails::find(&mut transaction, operator, tail).await?;
         let plan =
             plans::newest(&mut transaction, operator, tail).await.transpose().map(plans::readable).transpose()?;
-        let flown = Flown::new(utilisation, plan);
-        let installed = rows.into_iter().map(|row| row.installed(flown.clone(), &found_failed));
-        let mut installed = installed.collect::<Result<Vec<_>, _>>()?;
-        hindrances::tell(&mut transaction, operator, (tail.as_str(), tail.as_str()), installed.iter_mut()).await?;
-        Ok(installed)
+        let flown = [(tail.clone(), Flown::new(row.as_ref().and_then(fh_per_day), plan))].into();
+        rows.into_iter().map(|row| row.installed(&flown)).collect()
+    }
+}
+
+/// Selects all components that may fail within `$3` hours with more than a probability, that are unknown, or whose data
+/// are older than `$2`. (A quantile that is lower than the probability by more than a few draws lies within the hours.)
+fn possibly_due(risk: f64) -> &'static str {
+    macro_rules! possibly_due {
+        ($quantile:literal) => {
+            installed!(
+                "(u.place_known = 0 or u.standing not in ('ok', 'beyond_horizon') or u.as_of_at <= $2",
+                " or u.horizon_fh < $3 or ",
+                $quantile,
+                " <= $3)"
+            )
+        };
+    }
+    const SLACK: f64 = 0.02;
+    match risk - SLACK {
+        risk if risk >= 0.5 => possibly_due!("u.p50_fh"),
+        risk if risk >= 0.25 => possibly_due!("u.p25_fh"),
+        risk if risk >= 0.1 => possibly_due!("u.p10_fh"),
+        risk if risk >= 0.05 => possibly_due!("u.p05_fh"),
+        _ => possibly_due!("u.first_end_fh"),
+    }
+}
+
+/// A page of an operator's tails with nothing on them, and the bounds of their names: behind the first, up to the last.
+async fn page<T>(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    after: Option<&TailNumber>,
+    limit: u32,
+) -> Result<(BTreeMap<TailNumber, Vec<T>>, (String, String)), StoreError> {
+    let after = after.map_or("", TailNumber::as_str).to_owned();
+    let listed = tails::rows(connection, operator, &after, limit).await?;
+    let is_last_page = u32::try_from(listed.len()).is_ok_and(|listed| listed < limit);
+    let last = listed.last().filter(|_| !is_last_page).map_or(LAST, |row| &row.tail).to_owned();
+    let mut fleet = BTreeMap::new();
+    for row in listed {
+        match row.checked() {
+            Ok(row) => {
+                fleet.insert(parse("tails", &row.tail)?, Vec::new());
+            }
+            Err(damage) => {
+                tracing::error!(error = %damage, "a tail is listed only if something is installed on it")
+            }
+        }
+    }
+    Ok((fleet, (after, last)))
+}
+
+/// How the tails of an operator behind `after` up to `last` fly.
+async fn flown(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    after: &str,
+    last: &str,
+) -> Result<BTreeMap<TailNumber, Flown>, StoreError> {
+    let mut plans = plans::of_tails(connection, operator, after, last).await?;
+    let mut flown = BTreeMap::new();
+    for row in board::tails::of_tails(connection, operator, after, last).await? {
+        let tail: TailNumber = parse("board_tails", &row.tail)?;
+        let plan = plans.remove(&tail);
+        flown.insert(tail, Flown::new(fh_per_day(&row), plan));
+    }
+    flown.extend(plans.into_iter().map(|(tail, plan)| (tail, Flown::new(None, Some(plan)))));
+    Ok(flown)
+}
+
+/// The flight hours per day that a row tells, unless it is damaged.
+fn fh_per_day(row: &board::tails::TailBoardRow) -> Option<f64> {
+    match row.check() {
+        Ok(()) => row.fh_per_day,
+        Err(damage) => {
+            tracing::error!(error = %damage, "a tail is told without how much it flies");
+            None
+        }
     }
 }
 
 #[derive(sqlx_macros::FromRow)]
 struct InstalledRow {
     #[sqlx(flatten)]
-    place: InstallationRow,
-    #[sqlx(flatten)]
-    life: LifeRow,
+    unit: UnitRow,
     pending: i64,
     fence: Option<i64>,
     issued_at: Option<i64>,
-    body: Option<Body>,
+    prognosis_body: Option<Body>,
     checksum: Option<Vec<u8>>,
     forecast_from_fh: Option<f64>,
 }
@@ -209,69 +308,54 @@ impl Flown {
     }
 }
 
-/// A component's life as far as it is known.
-#[derive(Default)]
-struct Judged {
-    began: Option<LifeBeginning>,
-    prognosis: Option<Prognosis>,
-    found_failed_fh: Option<f64>,
-    is_damaged: bool,
-}
-
 impl InstalledRow {
-    fn installed(mut self, flown: Flown, found_failed: &BTreeMap<Component, f64>) -> Result<Installed, StoreError> {
-        let (component, pointer) = (self.life.component()?, self.life.pointer());
-        let judged = match self.judged(&component, found_failed) {
+    fn installed(mut self, flown: &BTreeMap<TailNumber, Flown>) -> Result<Installed, StoreError> {
+        let mut unit = self.unit.unit()?;
+        let prognosis = match self.prognosis(&unit) {
             Err(damage @ StoreError::Corrupt { .. }) => {
                 tracing::error!(error = %damage, "a component is listed without what is damaged of it");
-                Judged { is_damaged: true, ..Judged::default() }
+                unit = Unit {
+                    began: None,
+                    found_failed_fh: None,
+                    is_damaged: true,
+                    set_aside: SetAsideUploads::default(),
+                    before_overhaul: 0,
+                    ..unit
+                };
+                None
             }
-            judged => judged?,
+            prognosis => prognosis?,
         };
+        let flown = flown.get(&unit.tail).cloned().unwrap_or_default();
         Ok(Installed {
-            tail: parse(INSTALLATIONS, &self.place.tail)?,
-            position: parse(INSTALLATIONS, &self.place.position)?,
-            place_known: self.place.to_at.is_none(),
-            overhaul_index: count("lives", pointer.overhaul_index)?,
-            began: judged.began,
-            since: Timestamp::from_micros(self.place.from_at),
-            prognosis: judged.prognosis,
-            found_failed_fh: judged.found_failed_fh,
-            is_damaged: judged.is_damaged,
+            tail: unit.tail,
+            position: unit.position,
+            place_known: unit.place_known,
+            part_number: unit.part_number,
+            serial_number: unit.serial_number,
+            overhaul_index: unit.overhaul_index,
+            began: unit.began,
+            since: unit.since,
+            prognosis,
+            found_failed_fh: unit.found_failed_fh,
+            is_damaged: unit.is_damaged,
             pending_uploads: count("inbox", self.pending)?,
-            set_aside: SetAsideUploads::default(),
-            before_overhaul: 0,
+            set_aside: unit.set_aside,
+            before_overhaul: unit.before_overhaul,
             utilisation_fh_per_day: flown.utilisation_fh_per_day,
             plan: flown.plan,
-            part_number: component.part_number,
-            serial_number: component.serial_number,
         })
     }
 
-    /// Reads a component's life, if none of it is damaged or missing.
-    fn judged(&mut self, component: &Component, found_failed: &BTreeMap<Component, f64>) -> Result<Judged, StoreError> {
-        self.place.check()?;
-        self.life.check()?;
-        let pointer = self.life.pointer();
-        let prognosis = self.prognosis_row().map(|row| row.prognosis(component, pointer)).transpose()?;
-        if prognosis.is_none() && self.life.prognosis_fence.is_some() {
-            return Err(corrupt(&("prognoses", component, pointer.overhaul_index), "the served one is missing"));
+    /// Reads the prognosis that the unit tells of in short.
+    fn prognosis(&mut self, unit: &Unit) -> Result<Option<Prognosis>, StoreError> {
+        if unit.prognosis.is_none() {
+            return Ok(None);
         }
-        let found_failed_fh = found_failed.get(component).copied();
-        if found_failed_fh.is_some() != self.life.ended_by.is_some() {
-            return Err(corrupt(&("maintenance_events", &self.life.ended_by), "the end of a life cannot be read"));
-        }
-        Ok(Judged { began: self.life.beginning()?, prognosis, found_failed_fh, is_damaged: false })
-    }
-
-    /// The columns of the prognosis, if one is served.
-    fn prognosis_row(&mut self) -> Option<PrognosisRow> {
-        Some(PrognosisRow {
-            fence: self.fence?,
-            issued_at: self.issued_at?,
-            body: self.body.take()?,
-            checksum: self.checksum.take()?,
-            forecast_from_fh: self.forecast_from_fh,
-        })
+        let (component, pointer) = (self.unit.component()?, self.unit.pointer());
+        let found = (self.fence, self.issued_at, self.prognosis_body.take(), self.checksum.take());
+        let row = PrognosisRow::found(found, self.forecast_from_fh);
+        let missing = || corrupt(&("prognoses", &component, pointer.overhaul_index), "the served one is missing");
+        row.ok_or_else(missing)?.prognosis(&component, pointer).map(Some)
     }
 }

@@ -4,6 +4,6 @@
 
 pub(super) mod component;
 pub(super) mod finished;
-pub(super) mod hindrances;
 pub(super) mod installed;
 pub(super) mod upload;
+pub(super) mod version;

@@ -1,6 +1,6 @@
 //! Writes of any kind in one queue, each with its waiting caller.
 
-use std::pin::Pin;
+use std::{any::Any, pin::Pin};
 
 use domain::Timestamp;
 use tokio::sync::oneshot;
@@ -18,13 +18,18 @@ pub(crate) trait Job: Send {
     fn reach(&self) -> Reach<'_>;
     /// Writes; a later call begins anew, after a rollback.
     fn apply<'a>(&'a mut self, connection: &'a mut Connection, now: Timestamp) -> Applied<'a>;
+    /// Itself as a [`Waiting`] of some kind of write.
+    #[allow(dead_code, reason = "SQLite writes everything one after the other")]
+    fn as_any(&mut self) -> &mut dyn Any;
     /// Answers the caller, once what was applied is committed or has failed.
     fn answer(self: Box<Self>, committed: Result<(), StoreError>);
 }
 
-struct Waiting<W: Write> {
-    write: W,
-    output: Option<W::Output>,
+/// A write of one kind with its waiting caller.
+pub(crate) struct Waiting<W: Write> {
+    pub(crate) write: W,
+    /// The answer to the caller, once it is applied.
+    pub(crate) output: Option<W::Output>,
     caller: oneshot::Sender<Result<W::Output, StoreError>>,
 }
 
@@ -47,6 +52,10 @@ impl<W: Write> Job for Waiting<W> {
             self.output = Some(self.write.apply(connection, now).await?);
             Ok(())
         })
+    }
+
+    fn as_any(&mut self) -> &mut dyn Any {
+        self
     }
 
     fn answer(self: Box<Self>, committed: Result<(), StoreError>) {

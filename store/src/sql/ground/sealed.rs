@@ -74,6 +74,7 @@ macro_rules! sealed {
         $row:ident of $table:literal, checksum $checksum:literal,
         key { $first:ident: $first_type:ty $(, $key:ident: $key_type:ty)* $(,)? }
         columns { $($column:ident: $type:ty),* $(,)? }
+        $(further { $($further:ident: $further_type:ty),* $(,)? })?
         values $values:literal where $condition:literal
     ) => {
         $(#[$doc])*
@@ -82,6 +83,7 @@ macro_rules! sealed {
             pub(crate) $first: $first_type,
             $(pub(crate) $key: $key_type,)*
             $(pub(crate) $column: $type,)*
+            $($(pub(crate) $further: $further_type,)*)?
             #[sqlx(rename = $checksum)]
             pub(crate) checksum: Option<Vec<u8>>,
         }
@@ -90,25 +92,28 @@ macro_rules! sealed {
             const TABLE: &'static str = $table;
             const ALL: &'static str = concat!(
                 "select ", stringify!($first), $(", ", stringify!($key),)* $(", ", stringify!($column),)*
-                ", checksum as ", $checksum, " from ", $table,
+                $($(", ", stringify!($further),)*)? ", checksum as ", $checksum, " from ", $table,
                 " order by ", stringify!($first), $(", ", stringify!($key),)*
             );
             const UNSEALED: &'static str = concat!(
                 "select ", stringify!($first), $(", ", stringify!($key),)* $(", ", stringify!($column),)*
-                ", checksum as ", $checksum, " from ", $table, " where checksum is null"
+                $($(", ", stringify!($further),)*)? ", checksum as ", $checksum, " from ", $table, " where checksum is null"
             );
             const INSERT: &'static str = concat!(
                 "insert into ", $table, " (", stringify!($first), $(", ", stringify!($key),)*
-                $(", ", stringify!($column),)* ", checksum) values (", $values, ")"
+                $(", ", stringify!($column),)* $($(", ", stringify!($further),)*)? ", checksum) values (", $values, ")"
             );
             const INSERT_NEW: &'static str = concat!(
                 "insert into ", $table, " (", stringify!($first), $(", ", stringify!($key),)*
-                $(", ", stringify!($column),)* ", checksum) values (", $values, ") on conflict do nothing"
+                $(", ", stringify!($column),)* $($(", ", stringify!($further),)*)? ", checksum) values (", $values, ") on conflict do nothing"
             );
             const SEAL: &'static str = concat!("update ", $table, " set checksum = $1 where ", $condition);
 
             fn seal(&self) -> Vec<u8> {
-                sealed::checksum(&($table, &self.$first, $(&self.$key,)* $(&self.$column,)*), &[])
+                sealed::checksum(
+                    &($table, &self.$first, $(&self.$key,)* $(&self.$column,)* $(($(&self.$further,)*),)?),
+                    &[],
+                )
             }
 
             fn stored_seal(&self) -> Option<&[u8]> {
@@ -123,7 +128,7 @@ macro_rules! sealed {
                 &'q self,
                 statement: sealed::Statement<'q>,
             ) -> sealed::Statement<'q> {
-                self.bind_key(statement)$(.bind(&self.$column))*
+                self.bind_key(statement)$(.bind(&self.$column))*$($(.bind(&self.$further))*)?
             }
 
             fn bind_key<'q>(&'q self, statement: sealed::Statement<'q>) -> sealed::Statement<'q> {

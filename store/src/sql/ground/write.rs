@@ -23,7 +23,7 @@ pub(crate) enum Reach<'a> {
 /// the queue's time.
 pub(crate) trait Write: Send + Sync + 'static {
     /// The answer to the caller.
-    type Output: Send;
+    type Output: Send + 'static;
     /// The rows that it touches.
     #[allow(dead_code, reason = "SQLite writes everything one after the other")]
     fn reach(&self) -> Reach<'_>;

@@ -3,12 +3,15 @@
 //! An estimate is a function of its upload and of the configuration in force when it was recorded. So
 //! a configuration, whenever it arrives, sends the uploads of its period back to be estimated again.
 
+use std::collections::BTreeSet;
+
 use domain::{Act, Action, OperatorId, SensorConfiguration, TailNumber, Timestamp};
 use serde_json::json;
 
 use super::super::{
     Connection, Engine,
     access::audit::Trace,
+    board::following::{self, Flown},
     ground::{
         row::encode,
         write::{Reach, Write},
@@ -52,14 +55,17 @@ impl Write for Add {
         }
         self.0.insert(connection).await?;
         let (from, until) = (self.0.effective_from.micros(), self.0.superseded_at(connection).await?);
+        let mut changed = BTreeSet::new();
         for period in observed::periods_of_tail(connection, &self.0.operator, &self.0.tail).await? {
             // An upload of the period's last moment may still be of this tail.
             let recorded_at = from.max(period.from_at)..until.min(period.to.0.saturating_add(1));
             if !recorded_at.is_empty() {
                 let span = Span { recorded_at, only: None };
                 corrections::send_back(connection, &period.component, span, self.0.added_at, now).await?;
+                changed.insert(period.component);
             }
         }
+        following::follow_all(connection, &self.0.operator, &changed, Flown::Otherwise).await?;
         Ok(Addition::Added)
     }
 }

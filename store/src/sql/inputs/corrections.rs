@@ -11,6 +11,7 @@ use serde_json::Value;
 use super::super::{
     Connection, Engine,
     access::audit::Trace,
+    board::following::{self, Flown},
     ground::{
         key::{BindKey, UploadKey},
         write::{Reach, Write},
@@ -71,8 +72,10 @@ impl Write for Void {
         waiting::revise(connection, &component, now).await?;
         inbox::leave_inbox(connection, &key).await?;
         forget_results(connection, &component, moment(&key)).await?;
-        settling::forget(connection, &component, &upload).await?;
+        let mut changed = settling::forget(connection, &component, &upload).await?;
+        changed.insert(component.clone());
         withdraw_empty(connection, &component).await?;
+        following::follow_all(connection, &self.operator, &changed, Flown::Otherwise).await?;
         Ok(Some(Voiding::Voided))
     }
 }
@@ -118,6 +121,7 @@ impl Write for Retry {
         match standing::state_of(connection, &key).await? {
             UploadState::SetAside { .. } => {
                 try_again(connection, &component, &key, self.since, now).await?;
+                following::follow(connection, &component, Flown::Otherwise).await?;
                 Ok(Some(Retrial::Retried))
             }
             state => Ok(Some(Retrial::NotSetAside { state })),

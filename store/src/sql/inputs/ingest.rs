@@ -4,6 +4,7 @@ use domain::{Component, ContentHash, OperatorId, Timestamp, Upload};
 
 use super::super::{
     Connection, Engine,
+    board::following::{self, Flown},
     ground::{
         key::UploadKey,
         row::encode,
@@ -39,12 +40,14 @@ impl Engine {
     }
 }
 
-struct Accept {
-    component: Component,
-    upload: Upload,
-    body: String,
-    content_hash: ContentHash,
-    received_at: Timestamp,
+/// An upload that was sent.
+pub(crate) struct Accept {
+    pub(crate) component: Component,
+    pub(crate) upload: Upload,
+    /// It as it is stored, and the hash of that.
+    pub(crate) body: String,
+    pub(crate) content_hash: ContentHash,
+    pub(crate) received_at: Timestamp,
 }
 
 impl Write for Accept {
@@ -61,13 +64,19 @@ impl Write for Accept {
         received::insert(connection, &self.component, &self.upload, &self.body, self.received_at).await?;
         let revision = revisions::announce(connection, &self.component, now).await?;
         let mut warnings = Vec::new();
-        if revision == 1 && beginnings::enrol(connection, &self.component, self.received_at).await? {
+        let is_new = revision == 1 && beginnings::enrol(connection, &self.component, self.received_at).await?;
+        if is_new {
             warnings.extend(names::component_alike(connection, &self.component).await?);
         }
         let (hours, at) = (self.upload.flight_hours, self.upload.recorded_at);
         let overhauls = order::of_component(connection, &self.component).await?;
         waiting::touch(connection, &self.component, overhauls.life_at(hours, at), revision).await?;
-        warnings.extend(settling::observe(connection, &self.component, &self.upload).await?);
+        let (contradicted, mut moved) = settling::observe(connection, &self.component, &self.upload).await?;
+        warnings.extend(contradicted);
+        if is_new {
+            moved.insert(self.component.clone());
+        }
+        following::follow_all(connection, &self.component.operator, &moved, Flown::Unchanged).await?;
         Ok(if warnings.is_empty() { Receipt::Accepted } else { Receipt::Doubted(warnings) })
     }
 }

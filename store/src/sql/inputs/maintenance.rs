@@ -5,12 +5,15 @@
 //! of that is found anew from all events of the component whenever one is recorded or voided, so that the
 //! order in which they arrive does not matter.
 
+use std::collections::BTreeSet;
+
 use domain::{Act, Action, Component, EventId, EventKind, MaintenanceEvent, OperatorId, Timestamp};
 use serde_json::Value;
 
 use super::super::{
     Connection, Engine,
     access::audit::Trace,
+    board::following::{self, Flown},
     events::{recorded, standing},
     ground::{
         row::encode,
@@ -69,13 +72,15 @@ impl Write for Record {
         let revision = revoke_lease(connection, &self.component, &self.event, now).await?;
         let new = beginnings::enrol(connection, &self.component, self.received_at).await?;
         recorded::insert(connection, &self.component, &self.event, &self.body, self.received_at).await?;
+        let mut changed = BTreeSet::from([self.component.clone()]);
         if let Some(movement) = movements::of_event(&self.component.operator, &self.event) {
             tails::enrol(connection, &self.component.operator, &self.event.tail).await?;
             movements::insert(connection, &movement).await?;
             let told = told::record(connection, &movement).await?;
-            settling::moved(connection, &movement, told).await?;
+            changed.extend(settling::moved(connection, &movement, told).await?);
         }
         follow(connection, &self.component, &self.event, revision, self.received_at).await?;
+        following::follow_all(connection, &self.component.operator, &changed, Flown::Otherwise).await?;
         Ok(if new { EventReceipt::Enrolled } else { EventReceipt::Recorded })
     }
 }
@@ -104,12 +109,14 @@ impl Write for Void {
         let component = event.component(&self.operator);
         let revision = revoke_lease(connection, &component, &event, now).await?;
         recorded::void(connection, &component, &self.id, self.voided_at).await?;
+        let mut changed = BTreeSet::from([component.clone()]);
         if let Some(movement) = movements::of_event(&self.operator, &event) {
             movements::delete(connection, &movement).await?;
             let told = told::forget(connection, &movement).await?;
-            settling::moved(connection, &movement, told).await?;
+            changed.extend(settling::moved(connection, &movement, told).await?);
         }
         follow(connection, &component, &event, revision, self.voided_at).await?;
+        following::follow_all(connection, &self.operator, &changed, Flown::Otherwise).await?;
         Ok(Some(Voiding::Voided))
     }
 }

@@ -8,6 +8,7 @@ use serde_json::json;
 use super::super::{
     Connection, Engine,
     access::audit::{Trace, append},
+    board::following::{self, Flown},
     ground::{
         key::{BindKey, UploadKey},
         row::parse,
@@ -51,7 +52,7 @@ impl Write for RetryMany {
     }
 
     async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<Released, StoreError> {
-        let mut released = Released::default();
+        let (mut released, mut changed) = (Released::default(), BTreeSet::new());
         for component in self.components(connection).await? {
             for (recorded_at, upload_id) in self.set_aside(connection, &component).await? {
                 if !self.is_of_tail(connection, &upload_id).await? {
@@ -64,8 +65,10 @@ impl Write for RetryMany {
                 let key = UploadKey { component: component.clone(), recorded_at, upload_id };
                 corrections::try_again(connection, &component, &key, self.act.at, now).await?;
                 released.retried += 1;
+                changed.insert(component.clone());
             }
         }
+        following::follow_all(connection, &self.operator, &changed, Flown::Otherwise).await?;
         if released.retried > 0 {
             append(connection, Some(&self.operator), &self.trace(&released)).await?;
         }

@@ -5,15 +5,21 @@
 
 use std::{collections::BTreeSet, fmt::Debug};
 
-use domain::{Action, AuditRecord, OperatorId};
+use domain::{Action, AuditRecord, OperatorId, TailNumber};
 
 use super::super::{
     Connection,
     access::{audit, operators},
+    board::{
+        self, derived,
+        tails::TailBoardRow,
+        units::{self, UnitRow},
+    },
     events::standing,
     ground::row,
+    lives::components,
     models::bundles,
-    places::{movements, observed, sightings, tails},
+    places::{movements, observed, sightings, tails, utilisation},
 };
 use crate::{DamagedRow, StoreError, Verification};
 
@@ -41,10 +47,38 @@ pub(super) async fn verify(
         let stored = movements::stored(connection, operator).await?;
         let events = standing::of_operator(connection, operator).await?;
         compare(found, "movements", movements::defined(operator, &events)?, stored);
+        let (defined, stored) = board(connection, operator).await?;
+        compare(found, "board", defined, stored);
         priors(connection, operator, found).await?;
         acts(connection, operator, found).await
     };
     told(compared.await, found)
+}
+
+/// What the board should say of an operator's components and tails, and what it says. How much a tail flies is told
+/// while nothing on it waits: until then it may be what it was.
+async fn board(connection: &mut Connection, operator: &OperatorId) -> Result<(Vec<String>, Vec<String>), StoreError> {
+    let (mut defined, mut stored, mut tails) = (Vec::new(), Vec::new(), BTreeSet::new());
+    for component in components::next_components(connection, operator, None, u32::MAX).await? {
+        let row = derived::row(connection, &component).await?;
+        defined.extend(row.map(|row| format!("{:?}", UnitRow { checksum: None, ..row })));
+    }
+    for row in units::of_operator(connection, operator).await? {
+        tails.extend(row.tail.parse::<TailNumber>().ok());
+        stored.push(format!("{:?}", UnitRow { checksum: None, ..row }));
+    }
+    for tail in tails {
+        let row = board::tails::find(connection, operator, &tail).await?;
+        let waits = board::tails::waits(connection, operator, &tail).await?;
+        let flown = match row.as_ref().filter(|_| waits) {
+            Some(row) => row.flown(),
+            None => utilisation::flown(connection, operator, &tail).await?,
+        };
+        let wanted = board::tails::derived(connection, operator, &tail, flown).await?;
+        defined.push(format!("{wanted:?}"));
+        stored.extend(row.map(|row| format!("{:?}", TailBoardRow { checksum: None, ..row })));
+    }
+    Ok((defined, stored))
 }
 
 /// Notes damage that keeps a table from being compared.

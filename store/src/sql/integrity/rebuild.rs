@@ -14,6 +14,7 @@ use domain::{Component, OperatorId, Timestamp};
 use super::super::{
     Connection, Engine,
     access::operators,
+    board::following::{self, Flown},
     ground::{
         key::BindKey,
         write::{Reach, Write},
@@ -64,7 +65,8 @@ impl Write for Reinstall {
     async fn apply(&self, connection: &mut Connection, _: Timestamp) -> Result<(), StoreError> {
         settling::remake(connection, &self.operator).await?;
         let told = tails::defined(connection, &self.operator).await?;
-        tails::mend(connection, &self.operator, told).await
+        tails::mend(connection, &self.operator, told).await?;
+        following::remake(connection, &self.operator).await
     }
 }
 
@@ -93,6 +95,7 @@ impl Write for Forget {
             forget(connection, component).await?;
             send_back(connection, component, self.since).await?;
             endings::find_ends(connection, component).await?;
+            following::follow(connection, component, Flown::Otherwise).await?;
         }
         Ok(components.into_iter().last())
     }

@@ -7,6 +7,7 @@
 use super::super::{
     Connection,
     access::{anchors, audit, operators::OperatorRow},
+    board::{tails::TailBoardRow, units::UnitRow},
     events::recorded::VoidedEventRow,
     ground::sealed,
     lives::{components::ComponentRow, generations::GenerationRow, life::LifeRow},
@@ -47,6 +48,8 @@ macro_rules! derived {
         sealed::$function::<InboxRow>($($argument),*).await?;
         sealed::$function::<SetAsideRow>($($argument),*).await?;
         sealed::$function::<ExclusionRow>($($argument),*).await?;
+        sealed::$function::<UnitRow>($($argument),*).await?;
+        sealed::$function::<TailBoardRow>($($argument),*).await?;
     };
 }
 
@@ -104,6 +107,10 @@ mod tests {
         "set_aside: operator, part_number, serial_number, recorded_at, upload_id, reason, detail, set_aside_at",
         "exclusions: operator, part_number, serial_number, recorded_at, upload_id, overhaul_index, \
          generation, reason, detail",
+        "board_units: operator, part_number, serial_number, tail, position, place_known, overhaul_index, generation, \
+         prognosis_fence, standing, as_of_at, body, stamp, horizon_fh, first_end_fh, p05_fh, p10_fh, p25_fh, p50_fh",
+        "board_tails: operator, tail, positions, failed, unknown, newest_inconsistent, newest_ok, \
+         newest_beyond_horizon, oldest, p10_fh, flown_until, fh_per_day, stamp",
     ];
 
     /// A column more or less and no stored checksum of its table holds any longer.

@@ -99,34 +99,6 @@ pub(crate) async fn of_component(
     rows.into_iter().map(|row| row.ending().map(|end| (end.pointer.overhaul_index, end.failure_fh))).collect()
 }
 
-/// Components that are installed on the tails from `first` to `last` and were found failed, with the hours. A damaged
-/// end is left out, which the life that has it tells.
-pub(crate) async fn on_tails(
-    connection: &mut Connection,
-    operator: &OperatorId,
-    first: &str,
-    last: &str,
-) -> Result<BTreeMap<Component, f64>, StoreError> {
-    let rows: Vec<EndingRow> = sqlx::query_as(endings!(
-        "installations i cross join lives l",
-        "and i.operator = $1 and i.tail >= $2 and i.tail <= $3 and i.to_at is null
-         and l.part_number = i.part_number and l.serial_number = i.serial_number
-         and l.overhaul_index = (
-           select max(n.overhaul_index) from lives n
-           where n.operator = i.operator and n.part_number = i.part_number and n.serial_number = i.serial_number)"
-    ))
-    .bind(operator.as_str())
-    .bind(first)
-    .bind(last)
-    .fetch_all(connection)
-    .await?;
-    let readable = rows.into_iter().filter_map(|row| match row.ending() {
-        Err(StoreError::Corrupt { .. }) => None,
-        ending => Some(ending.map(|end| (end.component, end.failure_fh))),
-    });
-    readable.collect()
-}
-
 /// The finished lives of an operator that failed last at credible hours, the newest failure first.
 pub(crate) async fn newest(
     connection: &mut Connection,

@@ -13,6 +13,12 @@ use crate::{LifeBeginning, StoreError};
 pub(crate) struct Overhauls(Vec<(f64, i64)>);
 
 impl Overhauls {
+    /// The overhauls with which lives began, in their order.
+    pub(crate) fn from_lives(rows: Vec<LifeRow>) -> Result<Self, StoreError> {
+        let places = rows.into_iter().map(|row| row.checked().map(|row| (row.began_fh, row.began_at)));
+        places.collect::<Result<_, _>>().map(Self)
+    }
+
     /// The life in which a component is at some hours and time: as many overhauls are before.
     pub(crate) fn life_at(&self, flight_hours: f64, at: Timestamp) -> i64 {
         self.0.partition_point(|overhaul| *overhaul < (flight_hours, at.micros())) as i64
@@ -34,8 +40,7 @@ impl Overhauls {
 pub(crate) async fn of_component(connection: &mut Connection, component: &Component) -> Result<Overhauls, StoreError> {
     let query = sqlx::query_as(lives!("and l.overhaul_index > 0 order by l.overhaul_index"));
     let rows: Vec<LifeRow> = query.bind_component(component).fetch_all(connection).await?;
-    let places = rows.into_iter().map(|row| row.checked().map(|row| (row.began_fh, row.began_at)));
-    places.collect::<Result<_, _>>().map(Overhauls)
+    Overhauls::from_lives(rows)
 }
 
 /// The last place in the order (flight_hours, time) that is still of a life.

@@ -42,6 +42,16 @@ impl Engine {
     }
 }
 
+impl InstallationRow {
+    /// Whether it holds a component at the moment of an upload, because uploads say so; it began before.
+    #[allow(dead_code, reason = "SQLite stores uploads one after the other")]
+    pub(crate) fn is_seen_to_hold(self, component: &Component, upload: &Upload) -> Result<bool, StoreError> {
+        let period = self.period()?;
+        let is_seen = period.from.by == By::Upload && period.component == *component;
+        Ok(is_seen && period.lasts_beyond(&observed::moment(upload)))
+    }
+}
+
 fn by(text: &str) -> Result<By, StoreError> {
     match text {
         "event" => Ok(By::Event),
@@ -273,8 +283,8 @@ pub(super) async fn told_around(
     rows.into_iter().map(InstallationRow::period).collect()
 }
 
-/// Writes what differs.
-pub(super) async fn apply(connection: &mut Connection, change: &Change) -> Result<(), StoreError> {
+/// Writes what differs; the components that it is about.
+pub(super) async fn apply(connection: &mut Connection, change: &Change) -> Result<BTreeSet<Component>, StoreError> {
     let gone: BTreeSet<&Period> = change.gone.iter().collect();
     let come: BTreeSet<&Period> = change.come.iter().collect();
     for period in gone.difference(&come) {
@@ -283,7 +293,7 @@ pub(super) async fn apply(connection: &mut Connection, change: &Change) -> Resul
     for period in come.difference(&gone) {
         sealed::insert(connection, &InstallationRow::of(period)).await?;
     }
-    Ok(())
+    Ok(gone.symmetric_difference(&come).map(|period| period.component.clone()).collect())
 }
 
 /// The installation that holds the place of an upload when it was recorded.

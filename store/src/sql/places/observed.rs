@@ -285,7 +285,6 @@ pub(super) async fn insert(connection: &mut Connection, period: &Period) -> Resu
 
 /// A component that was seen on a tail, and the moments that bound the period.
 pub(crate) struct TailPeriod {
-    pub(crate) tail: TailNumber,
     pub(crate) component: Component,
     pub(crate) from_at: i64,
     pub(crate) to: (i64, String),
@@ -293,9 +292,9 @@ pub(crate) struct TailPeriod {
 
 impl TailPeriod {
     fn of(row: PeriodRow) -> Result<Self, StoreError> {
-        let Period { component, place, from, to } = row.period()?;
+        let Period { component, from, to, .. } = row.period()?;
         let to = to.map_or((i64::MAX, String::new()), |to| (to.at, to.name));
-        Ok(Self { tail: place.tail, component, from_at: from.at, to })
+        Ok(Self { component, from_at: from.at, to })
     }
 }
 
@@ -310,20 +309,12 @@ pub(crate) async fn periods_of_tail(
     rows.into_iter().map(TailPeriod::of).collect()
 }
 
-/// Every period of the tails behind `after` up to `last`, in alphabetical order.
-pub(super) async fn periods_of_tails(
+/// The tails on which uploads saw a component.
+pub(crate) async fn tails_of(
     connection: &mut Connection,
-    operator: &OperatorId,
-    after: &str,
-    last: &str,
-) -> Result<Vec<TailPeriod>, StoreError> {
-    let rows: Vec<PeriodRow> = sqlx::query_as(periods!("tail > $2 and tail <= $3"))
-        .bind(operator.as_str())
-        .bind(after)
-        .bind(last)
-        .fetch_all(connection)
-        .await?;
-    rows.into_iter().map(TailPeriod::of).collect()
+    component: &Component,
+) -> Result<BTreeSet<TailNumber>, StoreError> {
+    Ok(of_component(connection, component).await?.into_iter().map(|period| period.place.tail).collect())
 }
 
 /// A component's first upload after an event. (No upload has an empty name, and at the same time events come first.)

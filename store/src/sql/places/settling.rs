@@ -22,39 +22,44 @@ use crate::{
 };
 
 /// Takes note of where an upload saw its component. One that lies in an installation that uploads told is no
-/// news, and what an event told holds, whatever uploads say. What the upload contradicts is answered.
+/// news, and what an event told holds, whatever uploads say. What the upload contradicts is answered, and whose places
+/// have changed.
 pub(crate) async fn observe(
     connection: &mut Connection,
     component: &Component,
     upload: &Upload,
-) -> Result<Vec<Warning>, StoreError> {
+) -> Result<(Vec<Warning>, BTreeSet<Component>), StoreError> {
     let moment = observed::moment(upload);
     let here = installations::holding_place(connection, component, upload).await?;
     match here.as_ref().filter(|here| here.component == *component).map(|here| here.from.by) {
-        Some(By::Upload) => Ok(Vec::new()),
-        Some(By::Event) => sightings::observe(connection, component, upload).await.map(|_| Vec::new()),
+        Some(By::Upload) => Ok(Default::default()),
+        Some(By::Event) => sightings::observe(connection, component, upload).await.map(|_| Default::default()),
         None => {
             let warnings = contradictions::of_upload(connection, component, upload, here.as_ref()).await?;
             let change = sightings::observe(connection, component, upload).await?;
-            settle(connection, change, &moment, &moment).await?;
-            Ok(warnings)
+            let moved = settle(connection, change, &moment, &moment).await?;
+            Ok((warnings, moved))
         }
     }
 }
 
-/// Takes back where a voided upload saw its component.
+/// Takes back where a voided upload saw its component; the components whose places have changed.
 pub(crate) async fn forget(
     connection: &mut Connection,
     component: &Component,
     upload: &Upload,
-) -> Result<(), StoreError> {
+) -> Result<BTreeSet<Component>, StoreError> {
     let moment = observed::moment(upload);
     let change = sightings::forget(connection, component, upload).await?;
     settle(connection, change, &moment, &moment).await
 }
 
-/// Follows a movement that was recorded or taken back, and changed what is told.
-pub(crate) async fn moved(connection: &mut Connection, movement: &Movement, told: Change) -> Result<(), StoreError> {
+/// Follows a movement that was recorded or taken back, and changed what is told; the components whose places are others.
+pub(crate) async fn moved(
+    connection: &mut Connection,
+    movement: &Movement,
+    told: Change,
+) -> Result<BTreeSet<Component>, StoreError> {
     let Change { gone, come } = told;
     let mut whose: BTreeSet<(&Component, &Place)> = [(&movement.component, &movement.place)].into();
     whose.extend(gone.iter().chain(&come).map(|period| (&period.component, &period.place)));
@@ -65,7 +70,10 @@ pub(crate) async fn moved(connection: &mut Connection, movement: &Movement, told
         seen.extend(observed::overlapping(connection, component, place, &movement.at, &last).await?);
     }
     let seen: Vec<Period> = seen.into_iter().collect();
-    settle(connection, Change { gone: seen.clone(), come: seen }, &movement.at, &last).await
+    let mut moved: BTreeSet<Component> = gone.iter().chain(&come).map(|period| period.component.clone()).collect();
+    moved.insert(movement.component.clone());
+    moved.extend(settle(connection, Change { gone: seen.clone(), come: seen }, &movement.at, &last).await?);
+    Ok(moved)
 }
 
 /// Makes the installations of an operator anew, from all of its uploads and events that are not voided.
@@ -95,11 +103,17 @@ async fn derive(
         .execute(&mut *connection)
         .await?;
     installations::apply(connection, &Change { gone: Vec::new(), come: periods::told(movements) }).await?;
-    settle(connection, Change { gone: Vec::new(), come: seen }, &FIRST, &LAST).await
+    settle(connection, Change { gone: Vec::new(), come: seen }, &FIRST, &LAST).await.map(|_| ())
 }
 
-/// Lets installations follow what is known anew of moments from `first` to `last`. `change`: of the observed periods.
-async fn settle(connection: &mut Connection, change: Change, first: &Moment, last: &Moment) -> Result<(), StoreError> {
+/// Lets installations follow what is known anew of moments from `first` to `last`; the components whose places have
+/// changed. `change`: of the observed periods.
+async fn settle(
+    connection: &mut Connection,
+    change: Change,
+    first: &Moment,
+    last: &Moment,
+) -> Result<BTreeSet<Component>, StoreError> {
     let mut by_place: BTreeMap<(Component, Place), Change> = BTreeMap::new();
     let place_of = |period: &Period| (period.component.clone(), period.place.clone());
     for period in change.gone {

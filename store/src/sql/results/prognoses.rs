@@ -75,7 +75,15 @@ pub(crate) struct PrognosisRow {
     pub(crate) forecast_from_fh: Option<f64>,
 }
 
+/// The columns of a prognosis where there may be none: its fence, when it was issued, its body and its checksum.
+pub(crate) type Found = (Option<i64>, Option<i64>, Option<Body>, Option<Vec<u8>>);
+
 impl PrognosisRow {
+    /// The columns of a prognosis, if there is one.
+    pub(crate) fn found((fence, issued_at, body, checksum): Found, forecast_from_fh: Option<f64>) -> Option<Self> {
+        Some(Self { fence: fence?, issued_at: issued_at?, body: body?, checksum: checksum?, forecast_from_fh })
+    }
+
     /// The prognosis of one generation of a life.
     pub(crate) fn prognosis(&self, component: &Component, pointer: LifePointer) -> Result<Prognosis, StoreError> {
         let name = name(component, pointer, self.fence, self.issued_at);

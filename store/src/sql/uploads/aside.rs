@@ -114,20 +114,22 @@ pub(crate) async fn readmit(connection: &mut Connection, key: &UploadKey) -> Res
     Ok(())
 }
 
-/// Replaces the list of uploads that are excluded from a life; what stays the same is not written.
+/// Replaces the list of uploads that are excluded from a life; what stays the same is not written. Tells whether the list
+/// is another one.
 pub(crate) async fn exclude(
     connection: &mut Connection,
     component: &Component,
     pointer: LifePointer,
     excluded: &[SetAside],
-) -> Result<(), StoreError> {
-    let mut stored = exclusions(connection, component, pointer).await?;
+) -> Result<bool, StoreError> {
+    let (mut stored, mut is_other) = (exclusions(connection, component, pointer).await?, false);
     for one in excluded {
         let known = stored.remove(one.upload_id.as_str());
         let same = |row: &ExclusionRow| row.reason == one.reason.as_str() && row.detail == one.detail;
         if known.as_ref().is_some_and(|row| same(row) && row.check().is_ok()) {
             continue;
         }
+        is_other = true;
         if let Some(row) = known {
             readmit_excluded(connection, &row).await?;
         }
@@ -149,7 +151,7 @@ pub(crate) async fn exclude(
     for row in stored.values() {
         readmit_excluded(connection, row).await?;
     }
-    Ok(())
+    Ok(is_other || !stored.is_empty())
 }
 
 /// Uploads that are excluded from a generation of a life, by name.

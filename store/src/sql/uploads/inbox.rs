@@ -46,7 +46,7 @@ sealed! {
 }
 
 impl InboxRow {
-    pub(super) fn new(key: &UploadKey, since: Timestamp) -> Self {
+    pub(crate) fn new(key: &UploadKey, since: Timestamp) -> Self {
         Self {
             operator: key.component.operator.to_string(),
             part_number: key.component.part_number.to_string(),

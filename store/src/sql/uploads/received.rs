@@ -10,7 +10,7 @@ use super::super::{
     ground::{
         check,
         key::{BindKey, ComponentColumns, UploadKey},
-        row::{Body, Extreme, checksum, corrupt, decode, parse},
+        row::{Body, Extreme, checksum, corrupt, decode, hours_column, parse},
         sealed,
     },
 };
@@ -25,7 +25,7 @@ macro_rules! listed {
     ($keys:literal) => {
         concat!(
             "select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, u.received_at, u.body,
-                    u.checksum
+                    u.checksum, u.flight_hours
              from ",
             $keys,
             " k cross join uploads u
@@ -73,6 +73,7 @@ struct UploadRow {
     received_at: i64,
     body: Body,
     checksum: Vec<u8>,
+    flight_hours: Option<f64>,
 }
 
 impl UploadRow {
@@ -81,7 +82,11 @@ impl UploadRow {
         let id: UploadId = parse(UPLOADS, &self.upload_id)?;
         let (recorded_at, received_at) =
             (Timestamp::from_micros(self.recorded_at), Timestamp::from_micros(self.received_at));
-        let upload = decode(&name(&component, recorded_at, &id, received_at), &self.body, &self.checksum)?;
+        let name = name(&component, recorded_at, &id, received_at);
+        let upload: Upload = decode(&name, &self.body, &self.checksum)?;
+        if self.flight_hours.is_some_and(|column| column != hours_column(upload.flight_hours)) {
+            return Err(corrupt(&name, "its hours are not those of its body"));
+        }
         Ok((upload, received_at))
     }
 }
@@ -95,6 +100,11 @@ fn name<'a>(
     (UPLOADS, component, recorded_at.micros(), id, received_at.micros())
 }
 
+/// The checksum of an upload's row.
+pub(crate) fn seal(component: &Component, upload: &Upload, body: &str, received_at: Timestamp) -> Vec<u8> {
+    checksum(&name(component, upload.recorded_at, &upload.upload_id, received_at), body.as_bytes())
+}
+
 /// Stores an upload whose name is new; it waits in the inbox.
 pub(crate) async fn insert(
     connection: &mut Connection,
@@ -103,18 +113,18 @@ pub(crate) async fn insert(
     body: &str,
     received_at: Timestamp,
 ) -> Result<(), StoreError> {
-    let name = name(component, upload.recorded_at, &upload.upload_id, received_at);
     sqlx::query(
         "insert into uploads
-         (operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum)
-         values ($1, $2, $3, $4, $5, $6, $7, $8)",
+         (operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum, flight_hours)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
     )
     .bind_component(component)
     .bind(upload.recorded_at.micros())
     .bind(upload.upload_id.as_str())
     .bind(received_at.micros())
     .bind(body)
-    .bind(checksum(&name, body.as_bytes()))
+    .bind(seal(component, upload, body, received_at))
+    .bind(hours_column(upload.flight_hours))
     .execute(&mut *connection)
     .await?;
     sealed::insert(connection, &InboxRow::new(&UploadKey::new(component, upload), received_at)).await
@@ -129,7 +139,8 @@ pub(crate) async fn find(
 ) -> Result<Option<(Upload, Timestamp)>, StoreError> {
     let Some(key) = keys::key(connection, operator, id).await? else { return Ok(None) };
     let row: Option<UploadRow> = sqlx::query_as(
-        "select operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum
+        "select operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum,
+                flight_hours
          from uploads
          where operator = $1 and part_number = $2 and serial_number = $3 and recorded_at = $4 and upload_id = $5",
     )
@@ -147,7 +158,7 @@ pub(crate) async fn waiting(
 ) -> Result<Vec<(Upload, Timestamp)>, StoreError> {
     let rows: Vec<UploadRow> = sqlx::query_as(
         "select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, u.received_at, u.body,
-                u.checksum
+                u.checksum, u.flight_hours
          from inbox w cross join uploads u
          where w.operator = $1 and w.part_number = $2 and w.serial_number = $3
            and u.operator = w.operator and u.part_number = w.part_number and u.serial_number = w.serial_number
@@ -166,7 +177,7 @@ pub(crate) async fn not_voided(
 ) -> Result<Vec<(Upload, Timestamp)>, StoreError> {
     let rows: Vec<UploadRow> = sqlx::query_as(
         "select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, u.received_at, u.body,
-                u.checksum
+                u.checksum, u.flight_hours
          from uploads u
          where u.operator = $1 and u.part_number = $2 and u.serial_number = $3
            and not exists (
@@ -217,7 +228,7 @@ macro_rules! credible {
     ($order:literal) => {
         concat!(
             "select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, u.received_at, u.body,
-                    u.checksum
+                    u.checksum, u.flight_hours
              from uploads u
              where u.operator = $1 and u.part_number = $2 and u.serial_number = $3
                and (u.recorded_at, u.upload_id) > ($4, $5) and (u.recorded_at, u.upload_id) < ($6, $7)
@@ -244,13 +255,40 @@ pub(crate) async fn at_end_of(
     before: (i64, &str),
     end: Extreme,
 ) -> Result<Option<Upload>, StoreError> {
+    let row = row_at_end(connection, component, after, before, end).await?;
+    Ok(row.map(UploadRow::upload).transpose()?.map(|(upload, _)| upload))
+}
+
+/// When it was recorded, and its flight hours: by the column, which uploads from before there was one do not have.
+pub(crate) async fn reading(
+    connection: &mut Connection,
+    component: &Component,
+    after: (i64, &str),
+    before: (i64, &str),
+    end: Extreme,
+) -> Result<Option<(Timestamp, f64)>, StoreError> {
+    let Some(row) = row_at_end(connection, component, after, before, end).await? else { return Ok(None) };
+    let at = Timestamp::from_micros(row.recorded_at);
+    let hours = match row.flight_hours {
+        Some(hours) => hours,
+        None => row.upload()?.0.flight_hours,
+    };
+    Ok(Some((at, hours)))
+}
+
+async fn row_at_end(
+    connection: &mut Connection,
+    component: &Component,
+    after: (i64, &str),
+    before: (i64, &str),
+    end: Extreme,
+) -> Result<Option<UploadRow>, StoreError> {
     let sql = match end {
         Extreme::First => credible!("order by u.recorded_at, u.upload_id limit 1"),
         Extreme::Last => credible!("order by u.recorded_at desc, u.upload_id desc limit 1"),
     };
-    let query = sqlx::query_as::<_, UploadRow>(sql).bind_component(component);
-    let row = query.bind(after.0).bind(after.1).bind(before.0).bind(before.1).fetch_optional(connection).await?;
-    Ok(row.map(UploadRow::upload).transpose()?.map(|(upload, _)| upload))
+    let query = sqlx::query_as(sql).bind_component(component);
+    Ok(query.bind(after.0).bind(after.1).bind(before.0).bind(before.1).fetch_optional(connection).await?)
 }
 
 /// Hands out every upload of an operator that is not voided, in the order of (recorded_at, upload_id).
@@ -261,7 +299,7 @@ pub(crate) async fn each_in_time(
 ) -> Result<(), StoreError> {
     let mut rows = sqlx::query_as::<_, UploadRow>(
         "select u.operator, u.part_number, u.serial_number, u.recorded_at, u.upload_id, u.received_at, u.body,
-                u.checksum
+                u.checksum, u.flight_hours
          from uploads u
          where u.operator = $1
            and not exists (
@@ -285,7 +323,8 @@ pub(crate) async fn tails(
     operator: &OperatorId,
 ) -> Result<BTreeSet<TailNumber>, StoreError> {
     let mut rows = sqlx::query_as::<_, UploadRow>(
-        "select operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum
+        "select operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum,
+                flight_hours
          from uploads where operator = $1",
     )
     .bind(operator.as_str())
@@ -299,7 +338,8 @@ pub(crate) async fn tails(
 
 /// Checks every upload.
 pub(crate) async fn verify(connection: &mut Connection, found: &mut Verification) -> Result<(), StoreError> {
-    let sql = "select operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum
+    let sql = "select operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum,
+                flight_hours
                from uploads order by operator, part_number, serial_number, recorded_at, upload_id";
     check::each(connection, UPLOADS, sql, found, |row: UploadRow| row.upload().map(|_| ())).await
 }

@@ -94,6 +94,6 @@ async fn planned(connection: &mut Connection, component: &Component) -> Result<O
     let Some(tail) = plans::tail_of(connection, component).await? else { return Ok(None) };
     let newest = plans::newest(connection, operator, &tail).await?;
     let Some(newest) = newest.filter(|newest| !newest.plan.is_empty()) else { return Ok(None) };
-    let utilisation_fh_per_day = utilisation::fh_per_day(connection, operator, &tail).await?;
+    let utilisation_fh_per_day = utilisation::flown(connection, operator, &tail).await?.fh_per_day;
     Ok(Some(Planned { plan: newest.plan, utilisation_fh_per_day }))
 }

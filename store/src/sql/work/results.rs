@@ -6,6 +6,7 @@ use domain::{ContentHash, SetAside, Timestamp};
 
 use super::super::{
     Connection, Engine,
+    board::following::{self, Flown},
     ground::{
         key::LifePointer,
         row::encode,
@@ -44,10 +45,23 @@ impl Write for Complete {
         if !revisions::finish(connection, &self.lease, now).await? {
             return Ok(Completion::Fenced);
         }
+        let mut flown = self.flown();
         for life in &self.lives {
-            life.write(connection, &self.lease).await?;
+            if life.write(connection, &self.lease).await? {
+                flown = Flown::Otherwise;
+            }
         }
+        following::follow(connection, &self.lease.component, flown).await?;
         Ok(Completion::Done)
+    }
+}
+
+impl Complete {
+    /// When the uploads were recorded that it estimates.
+    fn flown(&self) -> Flown {
+        let recorded_at = self.lives.iter().flat_map(|life| &life.estimates).map(|(at, _)| at.recorded_at.micros());
+        let ends = recorded_at.clone().min().zip(recorded_at.max());
+        ends.map_or(Flown::Unchanged, |(first, last)| Flown::More(first..=last))
     }
 }
 
@@ -95,7 +109,8 @@ impl LifeDraft {
         })
     }
 
-    async fn write(&self, connection: &mut Connection, lease: &Lease) -> Result<(), StoreError> {
+    /// Writes them; tells whether other uploads count than before, but for those that are estimated now.
+    async fn write(&self, connection: &mut Connection, lease: &Lease) -> Result<bool, StoreError> {
         let (component, pointer) = (&lease.component, self.pointer);
         let replaced = life::let_answer(connection, component, pointer).await?;
         for (at, body) in &self.estimates {
@@ -109,7 +124,7 @@ impl LifeDraft {
         for one in &self.set_aside {
             aside::set_aside(connection, component, one, self.now).await?;
         }
-        aside::exclude(connection, component, pointer, &self.excluded).await?;
+        let excluded_others = aside::exclude(connection, component, pointer, &self.excluded).await?;
         if let Some(from) = self.states_from {
             states::delete_from(connection, component, pointer, from).await?;
             checkpoints::delete_outdated(connection, component, pointer, from, &self.digests).await?;
@@ -118,7 +133,8 @@ impl LifeDraft {
             states::insert(connection, component, pointer, *at, body).await?;
         }
         checkpoints::keep(connection, component, pointer, &self.checkpoints).await?;
-        self.serve(connection, lease).await
+        self.serve(connection, lease).await?;
+        Ok(replaced || excluded_others || !self.set_aside.is_empty())
     }
 
     /// Serves the new prognosis; without one the previous stays, as long as any estimate counts. Nothing is

@@ -7,7 +7,7 @@ use test_case::test_case;
 
 use crate::fixture::{
     Backend::{self, *},
-    Database, component, day, later_upload, operator, tail, upload,
+    Database, by_hand, component, day, drain, later_upload, operator, tail, upload,
 };
 
 async fn accept(store: &Store, id: &str, serial: &str, place: (&str, &str), at: f64) {
@@ -123,6 +123,7 @@ async fn utilisation_is_hours_per_day_of_the_last_ninety_days(backend: Backend) 
     let database = Database::new(backend);
     let store = database.ready().await;
     let utilisation = async || {
+        drain(&store).await;
         let installed = store.installed(&operator(), &tail("EC-MXA")).await.unwrap();
         installed[0].utilisation_fh_per_day
     };
@@ -131,10 +132,15 @@ async fn utilisation_is_hours_per_day_of_the_last_ninety_days(backend: Backend) 
     store.accept(&operator(), odd, day(0.0)).await.unwrap();
     store.accept(&operator(), later_upload("u0", "0001", 0.0), day(0.0)).await.unwrap();
     assert_eq!(utilisation().await, None);
-    store.accept(&operator(), later_upload("u1", "0001", 139.0), day(0.0)).await.unwrap();
-    assert_eq!(utilisation().await, None, "13.9 days say nothing");
+    store.accept(&operator(), later_upload("u1", "0001", 120.0), day(0.0)).await.unwrap();
+    assert_eq!(utilisation().await, None, "12 days say nothing");
     store.accept(&operator(), later_upload("u2", "0001", 140.0), day(0.0)).await.unwrap();
     assert!((utilisation().await.unwrap() - 10.0).abs() < 1e-9);
+    // What the day has brought so far does not count yet.
+    let fast = Upload { flight_hours: 160.0, ..later_upload("fast", "0001", 140.5) };
+    store.accept(&operator(), fast, day(0.0)).await.unwrap();
+    assert!((utilisation().await.unwrap() - 10.0).abs() < 1e-9);
+    store.void_upload(&operator(), &"fast".parse().unwrap(), by_hand(0.0)).await.unwrap();
     // A swap: the new unit has other hours since new, the tail flies on at the same rate.
     for (id, hours) in [("u3", 141.0), ("u4", 341.0)] {
         let flown = later_upload(id, "0002", hours);

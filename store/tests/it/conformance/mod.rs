@@ -1,6 +1,7 @@
 //! What every database behind the store must do. Only the fixture's `Database` knows which it is.
 
 mod audit;
+mod board;
 mod checkpoints;
 mod correct;
 mod damage;

@@ -24,8 +24,9 @@ fn movement(number: usize) -> MaintenanceEvent {
 }
 
 /// Uploads of three components that change places, in random order, with one that is voided, one that claims
-/// hours that nobody can believe, installs and removals, a sensor configuration and a life that has ended.
-async fn fleet(database: &Database) -> Store {
+/// hours that nobody can believe, installs and removals, a sensor configuration and a life that has ended. From time to
+/// time somebody looks at it.
+pub async fn fleet(database: &Database, look: impl AsyncFn(&Store)) -> Store {
     let store = database.ready().await;
     let mut stream = Stream::new(11, &["rebuild"]);
     let mut uploads = Vec::new();
@@ -51,10 +52,13 @@ async fn fleet(database: &Database) -> Store {
             store.record_event(&operator(), event, day(40.0)).await.unwrap();
         }
         if i % 10 == 9 {
+            look(&store).await;
             drain(&store).await;
+            look(&store).await;
         }
     }
     store.void_upload(&operator(), &"0001.14".parse().unwrap(), by_hand(40.0)).await.unwrap();
+    look(&store).await;
     store
         .add_sensor_configuration(&operator(), &tail("EC-MXB"), day(9.0), &configuration(0.5), by_hand(40.0))
         .await
@@ -63,7 +67,9 @@ async fn fleet(database: &Database) -> Store {
         store.void_event(&operator(), &movement(number).event_id, by_hand(40.0)).await.unwrap();
     }
     store.record_event(&operator(), &finding("end", "0003", Finding::Failed, 500.0), day(40.0)).await.unwrap();
+    look(&store).await;
     drain(&store).await;
+    look(&store).await;
     store
 }
 
@@ -92,7 +98,7 @@ async fn forget_all(store: &Store) -> usize {
 #[tokio::test]
 async fn what_was_thrown_away_is_made_anew_as_it_was(backend: Backend) {
     let database = Database::new(backend);
-    let store = fleet(&database).await;
+    let store = fleet(&database, async |_| {}).await;
     let (digest, known) = (store.digest().await.unwrap(), components(&store).await);
     let served = store.installed(&operator(), &tail("EC-MXA")).await.unwrap();
     assert!(known.iter().all(|record| record.installations.len() > 4), "{known:?}");

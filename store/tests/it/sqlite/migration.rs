@@ -38,7 +38,8 @@ const UNCHANGED: [&str; 14] = [
     "insert into installations select operator, tail, position, part_number, serial_number, from_at, from_upload, to_at,
        to_upload from later.observed_installations",
     "insert into upload_keys select operator, upload_id, part_number, serial_number, recorded_at, content_hash from later.upload_keys",
-    "insert into uploads select * from later.uploads",
+    "insert into uploads select operator, part_number, serial_number, recorded_at, upload_id, received_at, body, checksum
+       from later.uploads",
     "insert into component_queue select * from later.component_queue",
     "insert into estimates select * from later.estimates",
     "insert into states select * from later.states",
