@@ -9,7 +9,7 @@ use std::{
 
 use anyhow::Result;
 use clap::{Args, builder::FalseyValueParser};
-use server::{HostName, Tls, TlsFiles};
+use server::{HostName, Origin, Tls, TlsFiles};
 use store::Store;
 use tokio::signal::unix::Signal;
 
@@ -49,6 +49,10 @@ pub struct DoorArguments {
     /// name will do, once there are tokens or a client authority; before, those of this machine only.
     #[arg(long = "host", env = "ACTUARY_HOSTS", value_name = "NAME", value_delimiter = ',')]
     hosts: Vec<HostName>,
+    /// An origin of pages elsewhere that may call the service, such as a dashboard's: https://dash.example; may be given
+    /// several times. Without any, none may.
+    #[arg(long = "allow-origin", env = "ACTUARY_ALLOW_ORIGINS", value_name = "ORIGIN", value_delimiter = ',')]
+    origins: Vec<Origin>,
     /// Connections at once; each may hold some 200 KB, and a file descriptor.
     #[arg(long, env = "ACTUARY_MAX_CONNECTIONS", value_name = "NUMBER", default_value_t = MAX_CONNECTIONS)]
     max_connections: NonZeroUsize,
@@ -79,6 +83,8 @@ pub struct Door {
     pub tls: Option<Tls>,
     /// The names by which it is called where it asks who calls; none: by any.
     pub hosts: Vec<HostName>,
+    /// The origins of pages elsewhere that may call it.
+    pub origins: Vec<Origin>,
     /// Connections at once.
     pub max_connections: NonZeroUsize,
 }
@@ -102,7 +108,8 @@ impl DoorArguments {
         }
         let tls = files.map(|files| Tls::load(files, clock)).transpose();
         let tls = tls.map_err(|error| Failure::BadInput(error.to_string()))?;
-        Ok(Door { address, tls, hosts: self.hosts, max_connections: self.max_connections })
+        let Self { hosts, origins, max_connections, .. } = self;
+        Ok(Door { address, tls, hosts, origins, max_connections })
     }
 }
 
@@ -110,7 +117,8 @@ impl Door {
     /// A door that only this machine reaches.
     pub fn loopback(port: u16) -> Self {
         let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
-        Self { address, tls: None, hosts: Vec::new(), max_connections: MAX_CONNECTIONS }
+        let (hosts, origins) = (Vec::new(), Vec::new());
+        Self { address, tls: None, hosts, origins, max_connections: MAX_CONNECTIONS }
     }
 
     /// Refuses to let in callers from elsewhere as long as nothing tells them apart.

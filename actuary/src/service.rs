@@ -110,6 +110,7 @@ impl Service {
         };
         let Self { tls, shutdown, parts, .. } = &mut service;
         let clock = settings.clock;
+        let units = settings.api.as_ref().map(|api| server::Units::new(api.stale_after));
         if let (Some(listener), Some(api)) = (api_listener, settings.api) {
             api.door.must_be_guarded(&store).await?;
             default_model::provide(&store, clock()).await?;
@@ -119,6 +120,7 @@ impl Service {
                 stale_after: api.stale_after,
                 enrol: api.enrol,
                 hosts: api.door.hosts.clone(),
+                origins: api.door.origins.clone(),
                 max_connections: api.door.max_connections.get(),
                 scorer: Arc::new(IssuedScorer),
                 forecaster: Arc::new(WhatIf::new(store.clone(), clock.clone())),
@@ -132,7 +134,8 @@ impl Service {
             };
         }
         if let Some(listener) = probes_listener {
-            let probed = server::Probed { store: store.clone(), clock: clock.clone(), metrics: metrics.clone() };
+            let (store, clock) = (store.clone(), clock.clone());
+            let probed = server::Probed { store, clock, metrics: metrics.clone(), units };
             parts.spawn(server::serve_probes(listener, probed, shutdown.clone().cancelled_owned()));
         }
         if let Some(work) = settings.work {

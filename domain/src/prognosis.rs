@@ -144,6 +144,10 @@ pub enum Status {
 }
 
 impl Status {
+    /// All of them, in the order of their declaration.
+    pub const ALL: [Self; 6] =
+        [Self::Failed, Self::InsufficientHistory, Self::Stale, Self::Inconsistent, Self::Ok, Self::BeyondHorizon];
+
     /// What it becomes at `now` when it rests on data of a time: stale, once they are older than `stale_after_h` hours. A
     /// failure stays one, and what has too little history stays unknown.
     pub fn at(self, newest_data: Option<Timestamp>, now: Timestamp, stale_after_h: f64) -> Self {

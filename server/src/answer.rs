@@ -2,7 +2,7 @@
 
 use domain::{
     ADVISORY, AsOf, Component, ContentHash, Ensemble, FaultModel, OperatorId, Position, RulDistribution, Schedule,
-    Status, TailNumber, Timestamp, UtilisationSource,
+    TailNumber, Timestamp, UtilisationSource,
 };
 use proto::answer::{
     EndOfLife, FailureProbability, Fault, MaskAnswer, ModelItem, MonteCarlo, Page, RulAnswer, RulQuantiles, TailAnswer,
@@ -10,22 +10,25 @@ use proto::answer::{
 };
 use store::{BundleRecord, ComponentRecord, Installed, LifeBeginning, SetAsideUploads, TailInShort, Unit};
 
-use crate::{refusal::Refusal, state::State};
+use crate::{CODE_VERSION, present::Present, refusal::Refusal, state::State};
 
 /// Hours for which P(failure within) is told unless asked otherwise.
 const WITHIN_FH: [f64; 5] = [100.0, 250.0, 500.0, 1000.0, 2000.0];
 /// Dates further away are not told.
 const MAX_DAYS: f64 = 36_525.0;
-/// The build that answers.
-pub const CODE_VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The remaining life of an installed component as it reads now.
-pub fn rul(state: &State, installed: &Installed, within_fh: Option<&[f64]>) -> RulAnswer {
-    rul_by(state, installed, within_fh, None)
+pub fn rul(present: &Present, installed: &Installed, within_fh: Option<&[f64]>) -> RulAnswer {
+    rul_by(present, installed, within_fh, None)
 }
 
 /// The same by other flight hours per day than those of its tail.
-pub fn rul_by(state: &State, installed: &Installed, within_fh: Option<&[f64]>, flown: Option<&Schedule>) -> RulAnswer {
+pub fn rul_by(
+    present: &Present,
+    installed: &Installed,
+    within_fh: Option<&[f64]>,
+    flown: Option<&Schedule>,
+) -> RulAnswer {
     let prognosis = installed.prognosis.as_ref();
     let forecast = prognosis.and_then(|prognosis| prognosis.forecast.as_ref().ok());
     let distribution = forecast.map(|forecast| &forecast.rul);
@@ -33,11 +36,12 @@ pub fn rul_by(state: &State, installed: &Installed, within_fh: Option<&[f64]>, f
     RulAnswer {
         tail: installed.tail.to_string(),
         position: installed.position.to_string(),
+        displaced: !installed.place_known,
         part_number: installed.part_number.to_string(),
         serial_number: installed.serial_number.to_string(),
         life: installed.overhaul_index,
         as_of: prognosis.map(|prognosis| prognosis.as_of.clone()),
-        status: status(state, installed),
+        status: present.status(installed),
         found_failed_fh: installed.found_failed_fh,
         missing: missing(installed),
         rul_fh: distribution.map(RulQuantiles::from),
@@ -73,30 +77,6 @@ pub fn rul_by(state: &State, installed: &Installed, within_fh: Option<&[f64]>, f
         set_aside_uploads: installed.set_aside.count,
         advisory: ADVISORY.to_owned(),
     }
-}
-
-/// The status of the prognosis of a component as it reads now.
-pub fn status(state: &State, installed: &Installed) -> Status {
-    if installed.found_failed_fh.is_some() {
-        return Status::Failed;
-    }
-    let judged = installed.prognosis.as_ref().map(|one| one.status((state.clock)(), stale_after_h(state)));
-    judged.unwrap_or(Status::InsufficientHistory)
-}
-
-/// The time before which data are stale now.
-pub fn stale_before(state: &State) -> Timestamp {
-    (state.clock)().plus_hours(-stale_after_h(state))
-}
-
-fn stale_after_h(state: &State) -> f64 {
-    state.stale_after.as_secs_f64() / 3600.0
-}
-
-/// The status of a component in short as it reads now.
-pub fn unit_status(state: &State, unit: &Unit) -> Status {
-    let newest_data = unit.prognosis.as_ref().map(|prognosis| prognosis.as_of.recorded_at);
-    unit.standing().at(newest_data, (state.clock)(), stale_after_h(state))
 }
 
 /// The lack that keeps a component from having a forecast; `None` when there is one.
@@ -166,11 +146,14 @@ pub fn dates(quantiles: [Option<f64>; 3], schedule: &Schedule) -> Option<EndOfLi
     })
 }
 
+/// The time at which flight hours are flown; `None` for one that is too far away to be told.
+pub fn time_after(schedule: &Schedule, hours: f64) -> Option<Timestamp> {
+    schedule.time_after(hours).filter(|time| time.hours_since(schedule.begin()) <= 24.0 * MAX_DAYS)
+}
+
 /// The date on which flight hours are flown.
 pub fn date_after(schedule: &Schedule, hours: f64) -> Option<String> {
-    let time = schedule.time_after(hours)?;
-    let soon = time.hours_since(schedule.begin()) <= 24.0 * MAX_DAYS;
-    soon.then(|| time.to_string())?.split('T').next().map(str::to_owned)
+    time_after(schedule, hours)?.to_string().split('T').next().map(str::to_owned)
 }
 
 /// The component that is installed at a position.
@@ -191,6 +174,7 @@ pub async fn installed_at(
 /// The remaining life at every position of a tail.
 pub async fn tail_ruls(
     state: &State,
+    present: &Present,
     operator: &OperatorId,
     tail: &TailNumber,
     within_fh: Option<&[f64]>,
@@ -199,30 +183,35 @@ pub async fn tail_ruls(
     if installed.is_empty() && !state.store.knows_tail(operator, tail).await? {
         return Err(Refusal::NotFound(format!("tail {tail} is not known")));
     }
-    Ok(installed.iter().map(|installed| rul(state, installed, within_fh)).collect())
+    Ok(installed.iter().map(|installed| rul(present, installed, within_fh)).collect())
 }
 
 /// A tail: what is installed on it, and what was last there and has no known place.
-pub async fn tail(state: &State, operator: &OperatorId, tail: TailNumber) -> Result<TailAnswer, Refusal> {
-    let ruls = tail_ruls(state, operator, &tail, None).await?;
+pub async fn tail(
+    state: &State,
+    present: &Present,
+    operator: &OperatorId,
+    tail: &TailNumber,
+) -> Result<TailAnswer, Refusal> {
+    let ruls = tail_ruls(state, present, operator, tail, None).await?;
     let mut displaced = state.store.displaced(operator).await?;
-    displaced.retain(|one| one.tail == tail);
-    let displaced = displaced.iter().map(|one| rul(state, one, None)).collect();
-    Ok(TailAnswer::new(tail.into(), ruls, displaced))
+    displaced.retain(|one| one.tail == *tail);
+    let displaced = displaced.iter().map(|one| rul(present, one, None)).collect();
+    Ok(TailAnswer::new(tail.to_string(), ruls, displaced))
 }
 
 /// One page of tails, from the first after `after`.
 pub async fn tails(
     state: &State,
+    present: &Present,
     operator: &OperatorId,
     after: Option<&TailNumber>,
     limit: u32,
 ) -> Result<Page<TailItem>, Refusal> {
     let mut tails = state.store.tails_in_short(operator, after, limit + 1).await?;
     let next_cursor = next_cursor(&mut tails, limit, |tail| tail.tail.to_string());
-    let (now, stale_after_h) = ((state.clock)(), stale_after_h(state));
     let item = |tail: TailInShort| TailItem {
-        status: tail.status(now, stale_after_h),
+        status: present.status_of_tail(&tail),
         rul_p10_fh: tail.p10_fh,
         positions: tail.positions,
         tail: tail.tail.into(),

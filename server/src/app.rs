@@ -21,15 +21,17 @@ use tonic::Status;
 use tower_http::catch_panic::CatchPanicLayer;
 
 use crate::{
-    auth::{self, Endpoint, GRPC, Gate, HostName},
-    document, grpc,
+    auth::{self, Callable, Endpoint, GRPC, Gate},
+    cors, document, encoding, grpc,
     in_service::InService,
     intake::{Budget, messages},
+    kept::KeptAnswers,
     masks::Masks,
     page, prometheus,
     refusal::{Refusal, is_grpc},
     request_id, rest,
     state::{Context, Shared, State},
+    units::Units,
     what_if,
 };
 
@@ -38,13 +40,17 @@ const DEADLINE: Duration = Duration::from_secs(30);
 
 /// Everything that one port serves, until `stopping`; `closed` to callers that show nothing, whatever the store knows.
 pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> Router {
-    let hosts: Arc<[HostName]> = state.hosts.clone().into();
+    let callable = Arc::new(Callable { hosts: state.hosts.clone(), origins: state.origins.clone() });
+    let cors = (!state.origins.is_empty()).then(|| cors::layer(&state.origins));
     let gate = Arc::new(Gate::new(state.store.clone(), state.clock.clone(), closed));
+    let units = Units::new(state.stale_after);
     let context = Context {
+        units,
         state,
         budget: Budget::default(),
         turn: Semaphore::new(1),
         what_ifs: Arc::new(Semaphore::new(what_if::AT_ONCE)),
+        kept: KeptAnswers::default(),
         masks: Masks::default(),
         in_service: InService::default(),
         stopping,
@@ -56,6 +62,8 @@ pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> 
         .layer(middleware::from_fn(deadline))
         .fallback(nothing_here)
         .layer(CatchPanicLayer::custom(rest_fault))
+        .layer(middleware::from_fn(encoding::encoded))
+        .layer(middleware::from_fn(encoding::head))
         .layer(middleware::from_fn(prometheus::time_http))
         .with_state(shared.clone());
     let grpc = grpc::routes(&shared)
@@ -64,7 +72,12 @@ pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> 
         .layer(middleware::from_fn(auth::grpc))
         .layer(CatchPanicLayer::custom(grpc_fault))
         .layer(middleware::from_fn(prometheus::time_grpc));
-    let guarded = grpc.merge(rest).layer(middleware::from_fn_with_state(hosts, auth::door));
+    let guarded = grpc.merge(rest).layer(middleware::from_fn_with_state(callable, auth::door));
+    // Browsers ask before they show who calls.
+    let guarded = match cors {
+        Some(cors) => guarded.layer(cors),
+        None => guarded,
+    };
     let named = middleware::from_fn(request_id::named);
     guarded.layer(middleware::map_response(careful)).layer(Extension(gate)).layer(named)
 }

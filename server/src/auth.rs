@@ -14,11 +14,13 @@ mod gate;
 mod guard;
 mod guarded;
 mod host;
+mod origin;
 
 pub use caller::{Caller, admitted};
 pub use certificate::{ClientCertificate, Peer};
 pub use credential::Credential;
 pub use gate::Gate;
-pub use guard::{GRPC, door, grpc, is_probe};
+pub use guard::{Callable, GRPC, door, grpc, is_probe};
 pub use guarded::{Endpoint, Guarded};
 pub use host::{HostName, NoHostName};
+pub use origin::{NoOrigin, Origin};

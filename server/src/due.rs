@@ -14,12 +14,12 @@ use proto::answer::{DueAnswer, DueItem, DueTotals, LatestSafe};
 use serde::Deserializer;
 use store::{Installed, MayBeDue};
 
-use crate::{answer, query, refusal::Refusal, state::State};
+use crate::{answer, present::Present, query, refusal::Refusal, state::State};
 
 /// Hours that are asked about unless told otherwise.
-const WITHIN_FH: f64 = 500.0;
+pub const WITHIN_FH: f64 = 500.0;
 /// Risk above which a component is due unless told otherwise.
-const RISK: f64 = 0.1;
+pub const RISK: f64 = 0.1;
 /// The rule for hours.
 pub const WITHIN_RULE: &str = "flight hours from 0 to 10000, the horizon of forecasts";
 /// The rule for a risk.
@@ -122,20 +122,26 @@ pub struct DueList {
 
 impl DueList {
     /// Judges every component that is installed, or whose place is unknown.
-    pub async fn read(state: &State, operator: &OperatorId, threshold: Threshold) -> Result<Self, Refusal> {
+    pub async fn read(
+        state: &State,
+        present: &Present,
+        operator: &OperatorId,
+        threshold: Threshold,
+    ) -> Result<Self, Refusal> {
         let Threshold { within_fh, risk } = threshold;
-        let stale_before = answer::stale_before(state);
-        let MayBeDue { installed, components } =
-            state.store.may_be_due(operator, within_fh, risk, stale_before).await?;
+        let MayBeDue { installed, components, oldest_fresh } =
+            state.store.may_be_due(operator, within_fh, risk, present.stale_before()).await?;
+        // Those that were left out come in when they grow stale.
+        oldest_fresh.inspect(|time| present.notes_age_of(*time));
         let totals = DueTotals { components, ..DueTotals::default() };
         let mut list = Self { threshold, totals, entries: Vec::new() };
-        installed.iter().for_each(|installed| list.add(state, installed));
+        installed.iter().for_each(|installed| list.add(present, installed));
         list.entries.sort_by(|a, b| a.0.order(&b.0));
         Ok(list)
     }
 
-    fn add(&mut self, state: &State, installed: &Installed) {
-        let Some((part, item)) = judged(state, installed, self.threshold) else { return };
+    fn add(&mut self, present: &Present, installed: &Installed) {
+        let Some((part, item)) = judged(present, installed, self.threshold) else { return };
         match part {
             Part::Failed | Part::Due => self.totals.due += 1,
             Part::Unknown => self.totals.unknown += 1,
@@ -179,18 +185,18 @@ impl DueList {
 }
 
 /// The number that tells a component without a place apart from others that were last where it was.
-fn unit(installed: &Installed) -> u64 {
+pub fn unit(installed: &Installed) -> u64 {
     let hash = ContentHash::of_json(&(&installed.part_number, &installed.serial_number));
     let first = hash.bytes().first_chunk().copied().map_or(1, u64::from_be_bytes);
     if installed.place_known { 0 } else { first.max(1) }
 }
 
 /// A component that belongs on the list, and where; `None` for one that is known not to be due.
-fn judged(state: &State, installed: &Installed, threshold: Threshold) -> Option<(Part, DueItem)> {
-    let status = answer::status(state, installed);
+fn judged(present: &Present, installed: &Installed, threshold: Threshold) -> Option<(Part, DueItem)> {
+    let status = present.status(installed);
     let forecast = installed.prognosis.as_ref().and_then(|prognosis| prognosis.forecast.as_ref().ok());
     let p = forecast.and_then(|forecast| forecast.rul.probability_within(threshold.within_fh));
-    let reason = why_unknown(state, installed, status, threshold);
+    let reason = why_unknown(present, installed, status, threshold);
     let reason = if installed.place_known { reason } else { Some(without_place(installed, reason)) };
     let part = match (status, p) {
         (Status::Failed, _) => Part::Failed,
@@ -234,14 +240,13 @@ fn without_place(Installed { tail, position, .. }: &Installed, reason: Option<St
 }
 
 /// Tells why the state of a component is unknown, or how its failure is known; `None` when its forecast says it.
-fn why_unknown(state: &State, installed: &Installed, status: Status, threshold: Threshold) -> Option<String> {
+fn why_unknown(present: &Present, installed: &Installed, status: Status, threshold: Threshold) -> Option<String> {
     let prognosis = installed.prognosis.as_ref();
     match status {
         Status::Failed => installed.found_failed_fh.map(|hours| format!("found failed at {hours} fh")),
         Status::InsufficientHistory => answer::missing(installed),
         Status::Stale => prognosis.map(|prognosis| {
-            let days = ((state.clock)().hours_since(prognosis.as_of.recorded_at) / 24.0).floor();
-            format!("the newest data is {days} days old")
+            format!("the newest data is {} days old", present.days_since(prognosis.as_of.recorded_at))
         }),
         Status::Inconsistent => prognosis.map(|prognosis| {
             let doubts = prognosis.forecast.iter().flat_map(|forecast| &forecast.doubts);

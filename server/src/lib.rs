@@ -13,18 +13,23 @@
 
 mod answer;
 mod app;
+mod asked;
 mod auth;
 mod connections;
+mod cors;
 mod csv;
 mod cursor;
 mod document;
 mod due;
+mod encoding;
+mod fleet;
 mod forecaster;
 mod grpc;
 mod history;
 mod in_service;
 mod ingest;
 mod intake;
+mod kept;
 mod limits;
 mod lines;
 mod masks;
@@ -34,6 +39,7 @@ mod outgoing;
 mod page;
 mod path;
 mod plan;
+mod present;
 mod problems;
 mod prometheus;
 mod query;
@@ -45,10 +51,11 @@ mod scorer;
 mod serve;
 mod state;
 mod tls;
+mod units;
 mod what_if;
 
 pub use app::{endpoints, router};
-pub use auth::{Endpoint, HostName, NoHostName};
+pub use auth::{Endpoint, HostName, NoHostName, NoOrigin, Origin};
 pub use forecaster::{ForecastError, Forecaster, Forecasting};
 pub use prometheus::{Metrics, NoRecorder};
 pub use rest::Probed;
@@ -56,6 +63,9 @@ pub use scorer::Scorer;
 pub use serve::{serve, serve_probes, serve_tls};
 pub use state::{Clock, State};
 pub use tls::{Tls, TlsError, TlsFiles};
+pub use units::Units;
 
 /// Places for connections, unless another number was asked for.
 pub const MAX_CONNECTIONS: usize = 512;
+/// The build that answers.
+const CODE_VERSION: &str = env!("CARGO_PKG_VERSION");

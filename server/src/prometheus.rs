@@ -3,7 +3,7 @@
 //! Crates record through the `metrics` facade under the names of [`metric`](mod@metric); here they are
 //! described, given buckets, and served. Labels never name a tail, a component or an operator.
 
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 use axum::{
     extract::{MatchedPath, Request},
@@ -12,9 +12,11 @@ use axum::{
     response::Response,
 };
 use metric::MetricKind;
-use metrics::{Unit, describe_counter, describe_gauge, describe_histogram, histogram};
+use metrics::{Unit, describe_counter, describe_gauge, describe_histogram, gauge, histogram};
 use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, PrometheusHandle};
 use tonic::Code;
+
+use crate::CODE_VERSION;
 
 /// Upper ends of the buckets of every duration, s.
 const BUCKETS_S: [f64; 15] =
@@ -46,6 +48,9 @@ impl Metrics {
                 MetricKind::Numbers => describe_histogram!(metric.name, Unit::Count, metric.help),
             }
         }
+        gauge!(metric::BUILD_INFO.name, "version" => CODE_VERSION).set(1.0);
+        let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        gauge!(metric::STARTED_AT_SECONDS.name).set(since_1970.as_secs_f64().floor());
         Ok(Self(handle))
     }
 

@@ -3,7 +3,7 @@
 
 mod reader;
 
-use std::str::FromStr;
+use std::{fmt::Display, str::FromStr};
 
 use axum::{
     extract::{FromRequestParts, Query as Pairs, rejection::QueryRejection},
@@ -109,6 +109,15 @@ pub fn limit<'de, D: Deserializer<'de>>(given: D) -> Result<u32, D::Error> {
 pub fn optional_limit<'de, D: Deserializer<'de>>(given: D) -> Result<Option<u32>, D::Error> {
     let within = |text: &str| text.parse().ok().filter(|limit| (1..=MAX_LIMIT).contains(limit));
     optional(given, "a number from 1 to 1000", within)
+}
+
+/// A name, if it is given.
+pub fn name<'de, T: FromStr, D: Deserializer<'de>>(given: D) -> Result<Option<T>, D::Error>
+where
+    T::Err: Display,
+{
+    let Some(text) = Option::<String>::deserialize(given)? else { return Ok(None) };
+    text.parse().map(Some).map_err(D::Error::custom)
 }
 
 /// The name behind which a collection goes on.

@@ -17,7 +17,8 @@ use axum::{
 };
 use tracing::Instrument;
 
-const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+/// The header that holds the name of a request.
+pub const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 /// Longest name that is taken from a caller.
 const MAX_BYTES: usize = 64;
 /// Scatters numbers into names, so that nobody learns from theirs how much others ask.

@@ -3,6 +3,7 @@
 mod body;
 mod components;
 mod due;
+mod fleet;
 mod health;
 mod maintenance;
 mod models;
@@ -51,6 +52,7 @@ pub fn router() -> Guarded {
         .guarded(Read, routes!(tails::rul))
         .guarded(Read, routes!(health::get))
         .guarded(Read, routes!(due::get))
+        .guarded(Read, routes!(fleet::get))
         .guarded(Read, routes!(scoreboard::get))
         .guarded(Maintain, routes!(maintenance::post))
         .guarded(Maintain, routes!(maintenance::void))

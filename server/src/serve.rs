@@ -6,6 +6,7 @@ use axum::{
     Router,
     body::{Body, HttpBody},
     extract::Request,
+    http::{StatusCode, header::CONTENT_LENGTH},
     response::Response,
 };
 use hyper::{body::Incoming, service::service_fn};
@@ -222,6 +223,10 @@ async fn respond(
         true => router.oneshot(request).await?,
         false => Refusal::Unavailable("too many requests are under way".to_owned()).answer(grpc),
     };
+    if response.status() == StatusCode::NOT_MODIFIED {
+        // It would be taken for the length of the answer that the caller has.
+        response.headers_mut().remove(CONTENT_LENGTH);
+    }
     let bytes = response.body().size_hint().exact().unwrap_or_default();
     if let Err(refusal) = ticket.hold(bytes as usize) {
         response = refusal.answer(grpc);

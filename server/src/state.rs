@@ -8,8 +8,16 @@ use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
 use crate::{
-    auth::HostName, forecaster::Forecaster, in_service::InService, intake::Budget, masks::Masks, prometheus::Metrics,
+    auth::{HostName, Origin},
+    forecaster::Forecaster,
+    in_service::InService,
+    intake::Budget,
+    kept::KeptAnswers,
+    masks::Masks,
+    present::Present,
+    prometheus::Metrics,
     scorer::Scorer,
+    units::Units,
 };
 
 /// Tells the present.
@@ -28,6 +36,8 @@ pub struct State {
     pub enrol: bool,
     /// The names by which the service is called where it asks who calls; none: by any.
     pub hosts: Vec<HostName>,
+    /// The origins of pages elsewhere that may call it.
+    pub origins: Vec<Origin>,
     /// Places for connections.
     pub max_connections: usize,
     /// Judges the forecasts of lives that have finished.
@@ -36,6 +46,13 @@ pub struct State {
     pub forecaster: Arc<dyn Forecaster>,
     /// The figures on `/metrics`.
     pub metrics: Metrics,
+}
+
+impl State {
+    /// The moment at which an answer begins to be made.
+    pub fn present(&self) -> Present {
+        Present::at((self.clock)(), self.stale_after)
+    }
 }
 
 /// The things that all handlers share.
@@ -53,10 +70,14 @@ pub struct Context {
     pub turn: Semaphore,
     /// Places for forecasts that are only asked about.
     pub what_ifs: Arc<Semaphore>,
+    /// Answers that were built before.
+    pub kept: KeptAnswers,
     /// Masks that were read before.
     pub masks: Masks,
     /// The bundle by which new lives are judged.
     pub in_service: InService,
+    /// Units by status, as they were counted for `/metrics`.
+    pub units: Units,
     /// Cancelled when the service begins to stop: streams end then.
     pub stopping: CancellationToken,
 }

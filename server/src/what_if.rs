@@ -25,18 +25,19 @@ pub async fn what_if(
     must_be_known(pace, assumption)?;
     let before = answer::schedule(&installed, as_of);
     let schedule = assumption.schedule(&before);
-    let (present, assumed) = (installed.plan.ahead(&before), assumption.ahead(&installed.plan, &schedule));
+    let (flown, assumed) = (installed.plan.ahead(&before), assumption.ahead(&installed.plan, &schedule));
     let extrapolation = pace.and_then(|pace| extrapolation(pace, &assumed));
     // Without a pace, what lies ahead changes no hours.
-    let prognosis = match pace.is_none() || assumed == present {
+    let prognosis = match pace.is_none() || assumed == flown {
         true => installed.prognosis.clone(),
         false => Some(prognosis(shared, operator, &installed, assumed).await?),
     };
+    let present = shared.state.present();
     let varied = Installed { prognosis, ..installed.clone() };
     Ok(WhatIfAnswer {
         probability: probability(assumption, (&installed, &before), (&varied, &schedule))?,
-        now: answer::rul(&shared.state, &installed, None),
-        assumed: answer::rul_by(&shared.state, &varied, None, Some(&schedule)),
+        now: answer::rul(&present, &installed, None),
+        assumed: answer::rul_by(&present, &varied, None, Some(&schedule)),
         extrapolation: extrapolation.is_some(),
         extrapolation_reason: extrapolation,
     })

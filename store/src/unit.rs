@@ -125,6 +125,8 @@ pub struct MayBeDue {
     pub installed: Vec<Installed>,
     /// The number of all components that have a place, or lost it.
     pub components: u64,
+    /// The oldest newest data of all components that are not older than was asked: when these are, more may be due.
+    pub oldest_fresh: Option<Timestamp>,
 }
 
 /// A tail with what is installed on it, in short.
@@ -144,6 +146,11 @@ impl TailInShort {
     /// A tail with nothing on it.
     pub(crate) fn empty(tail: TailNumber) -> Self {
         Self { tail, positions: 0, p10_fh: None, standing: Vec::new() }
+    }
+
+    /// Times of the newest data on which the standing of its components rests.
+    pub fn newest_data(&self) -> impl Iterator<Item = Timestamp> {
+        self.standing.iter().filter_map(|(_, newest_data)| *newest_data)
     }
 
     /// The worst status of its components at `now`; nothing installed is as unknown as no history.

@@ -26,7 +26,8 @@ use crate::{
     interrupt::{Unfinished, interrupted},
     say::{note, say},
     service::{Api, Service, Settings, Work, on_runtime},
-    table, telemetry,
+    table,
+    telemetry::LogArguments,
     upkeep::UpkeepArguments,
 };
 
@@ -77,11 +78,13 @@ pub struct Arguments {
     /// At the end, print an array of RUL objects on standard output; all else goes to standard error.
     #[arg(long, requires = "exit")]
     json: bool,
+    #[command(flatten)]
+    log: LogArguments,
 }
 
 /// Runs the demo.
 pub fn run(arguments: Arguments) -> Result<()> {
-    telemetry::start();
+    arguments.log.start();
     let hours = hours(&arguments)?;
     let make = || tempfile::Builder::new().prefix("actuary-demo-").tempdir();
     let temporary = if arguments.data.is_none() { Some(Unfinished::new(make)?) } else { None };

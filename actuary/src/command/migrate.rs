@@ -3,7 +3,7 @@
 use anyhow::Result;
 use clap::Args;
 
-use crate::{database::Database, say::say, service::on_runtime, telemetry};
+use crate::{database::Database, say::say, service::on_runtime, telemetry::LogArguments};
 
 /// Create the tables of a database, or bring them to the schema of this build; without effect when they are.
 #[derive(Debug, Args)]
@@ -17,11 +17,13 @@ pub struct Arguments {
     /// The Postgres role as which servers and workers log in; it is let in, and must not own the tables.
     #[arg(long, env = "ACTUARY_SERVICE_ROLE", value_name = "ROLE")]
     service_role: Option<String>,
+    #[command(flatten)]
+    log: LogArguments,
 }
 
 /// Migrates.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    telemetry::start();
+    arguments.log.start();
     on_runtime(async {
         arguments.database.migrate(arguments.service_role.as_deref()).await?;
         say!("{}: up to date", arguments.database);

@@ -16,7 +16,7 @@ use crate::{
     interrupt::interrupted,
     say::{note, say},
     service::{Work, on_runtime},
-    telemetry,
+    telemetry::LogArguments,
 };
 
 /// How often to ask how much is left.
@@ -38,6 +38,8 @@ pub struct Arguments {
     /// Begin behind this component, as an interrupted rebuild named it.
     #[arg(long, value_name = "OPERATOR/PART/SERIAL")]
     after: Option<Place>,
+    #[command(flatten)]
+    log: LogArguments,
 }
 
 /// A component as this command writes it.
@@ -69,7 +71,7 @@ impl fmt::Display for Place {
 
 /// Rebuilds.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    telemetry::start();
+    arguments.log.start();
     on_runtime(async {
         let store = arguments.database.open().await?;
         let rebuilt = rebuild(&store, arguments.after.clone()).await;

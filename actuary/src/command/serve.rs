@@ -12,7 +12,7 @@ use crate::{
     exit::Failure,
     health::HealthArguments,
     service::{Api, Service, Settings, on_runtime},
-    telemetry,
+    telemetry::LogArguments,
     work::WorkArguments,
 };
 
@@ -39,11 +39,13 @@ pub struct Arguments {
     health: HealthArguments,
     #[command(flatten)]
     work: WorkArguments,
+    #[command(flatten)]
+    log: LogArguments,
 }
 
 /// Serves until interrupted.
 pub fn run(arguments: Arguments) -> Result<()> {
-    telemetry::start();
+    arguments.log.start();
     if arguments.no_worker && !arguments.database.is_postgres() {
         let text = "--no-worker needs Postgres: nobody else can work on an SQLite file that this process serves";
         return Err(Failure::BadInput(text.to_owned()).into());

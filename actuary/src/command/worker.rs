@@ -9,7 +9,7 @@ use crate::{
     exit::Failure,
     health::HealthArguments,
     service::{Service, Settings, on_runtime},
-    telemetry,
+    telemetry::LogArguments,
     work::WorkArguments,
 };
 
@@ -25,11 +25,13 @@ pub struct Arguments {
     health: HealthArguments,
     #[command(flatten)]
     work: WorkArguments,
+    #[command(flatten)]
+    log: LogArguments,
 }
 
 /// Works until interrupted.
 pub fn run(arguments: Arguments) -> Result<()> {
-    telemetry::start();
+    arguments.log.start();
     if !arguments.database.is_postgres() {
         let database = &arguments.database;
         return Err(Failure::BadInput(format!(

@@ -19,6 +19,11 @@ pub struct RulAnswer {
     /// The position on it.
     #[schema(example = "AIL-L")]
     pub position: String,
+    /// Whether its place is unknown, because another component took it and nobody removed this one: then `tail` and `position`
+    /// are where it was last.
+    #[schema(example = false)]
+    #[serde(default)]
+    pub displaced: bool,
     /// The component's part number.
     #[schema(example = "EMA-500")]
     pub part_number: String,

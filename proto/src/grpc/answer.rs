@@ -23,6 +23,7 @@ impl From<answer::RulAnswer> for v1::Rul {
         Self {
             tail: body.tail,
             position: body.position,
+            displaced: body.displaced,
             part_number: body.part_number,
             serial_number: body.serial_number,
             life: body.life,
@@ -221,6 +222,12 @@ impl From<answer::TailItem> for v1::Tail {
             rul_p10_fh: item.rul_p10_fh,
             positions: item.positions as u32,
         }
+    }
+}
+
+impl From<answer::Page<answer::RulAnswer>> for v1::ListRulResponse {
+    fn from(page: answer::Page<answer::RulAnswer>) -> Self {
+        Self { items: each(page.items), next_cursor: page.next_cursor }
     }
 }
 

@@ -17,7 +17,7 @@ use axum::{
 use domain::Permission;
 use tonic::Status;
 
-use super::{Caller, Credential, Gate, HostName};
+use super::{Caller, Credential, Gate, HostName, Origin};
 use crate::refusal::{Refusal, is_grpc};
 
 /// Paths for whoever keeps the service alive, by whatever name they call it.
@@ -32,6 +32,7 @@ pub const GRPC: &[(&str, Permission)] = &[
     ("/actuary.v1.FleetHealth/ListTails", Permission::Read),
     ("/actuary.v1.FleetHealth/GetTail", Permission::Read),
     ("/actuary.v1.FleetHealth/GetRul", Permission::Read),
+    ("/actuary.v1.FleetHealth/ListRul", Permission::Read),
     ("/actuary.v1.FleetHealth/ListHealth", Permission::Read),
     ("/actuary.v1.FleetHealth/ListDue", Permission::Read),
     ("/actuary.v1.FleetHealth/GetPlan", Permission::Read),
@@ -46,19 +47,28 @@ pub fn is_probe(path: &str) -> bool {
     PROBES.contains(&path)
 }
 
-/// Lets through what is meant for this service and was not made by a page of another site: before REST, gRPC and pages
-/// alike. A service that asks nobody who calls is called by the names of this machine only; any other one by the names
-/// that were given to it.
-pub async fn door(Extract(hosts): Extract<Arc<[HostName]>>, request: Request, next: Next) -> Response {
+/// By which names a service is called, and from where.
+pub struct Callable {
+    /// The names by which it is called where it asks who calls; none: by any.
+    pub hosts: Vec<HostName>,
+    /// The origins of pages elsewhere that may call it.
+    pub origins: Vec<Origin>,
+}
+
+/// Lets through what is meant for this service and was not made by a page of another site that may not call it: before
+/// REST, gRPC and pages alike. A service that asks nobody who calls is called by the names of this machine only; any other
+/// one by the names that were given to it.
+pub async fn door(Extract(callable): Extract<Arc<Callable>>, request: Request, next: Next) -> Response {
+    let Callable { hosts, origins } = &*callable;
     let called = HostName::called(request.uri(), request.headers());
     let meant = match is_probe(request.uri().path()) {
         true => Ok(()),
         false => match gate(request.extensions()) {
-            Ok(gate) => meant(called.as_ref(), gate.is_open().await, &hosts),
+            Ok(gate) => meant(called.as_ref(), gate.is_open().await, hosts),
             Err(refusal) => Err(refusal),
         },
     };
-    match meant.and_then(|()| from_here(request.method(), request.headers(), called.as_ref())) {
+    match meant.and_then(|()| from_here(request.method(), request.headers(), called.as_ref(), origins)) {
         Ok(()) => next.run(request).await,
         Err(refusal) => refusal.answer(is_grpc(request.headers())),
     }
@@ -129,11 +139,18 @@ fn gate(extensions: &Extensions) -> Result<&Arc<Gate>, Refusal> {
     })
 }
 
-/// Refuses what a page from elsewhere makes a browser do: it would send along the password that it remembers.
-fn from_here(method: &Method, headers: &HeaderMap, called: Option<&HostName>) -> Result<(), Refusal> {
+/// Refuses what a page from elsewhere makes a browser do, unless it may call: it would send along the password that the
+/// browser remembers.
+fn from_here(
+    method: &Method,
+    headers: &HeaderMap,
+    called: Option<&HostName>,
+    origins: &[Origin],
+) -> Result<(), Refusal> {
     let text = |name: &str| headers.get(name).map(|value| String::from_utf8_lossy(value.as_bytes()).into_owned());
     let from_here = match (text("sec-fetch-site"), text(ORIGIN.as_str())) {
         _ if method.is_safe() => true,
+        _ if headers.get(ORIGIN).is_some_and(|given| origins.iter().any(|origin| origin.is(given))) => true,
         (Some(site), _) => site == "same-origin" || site == "none",
         (None, Some(origin)) => called.is_some_and(|called| called.is_origin(&origin)),
         (None, None) => true,
@@ -168,7 +185,8 @@ mod tests {
         let judge = |method: Method, headers: &[(&'static str, &str)]| {
             let headers = headers.iter().map(|(name, value)| (name.parse().unwrap(), value.parse().unwrap()));
             let headers = HeaderMap::from_iter(headers);
-            from_here(&method, &headers, HostName::called(&"/".parse().unwrap(), &headers).as_ref()).is_ok()
+            let dashboard = ["https://dash.example".parse().unwrap()];
+            from_here(&method, &headers, HostName::called(&"/".parse().unwrap(), &headers).as_ref(), &dashboard).is_ok()
         };
         let host = ("host", "health.example:8443");
         assert!(judge(Method::POST, &[host]));
@@ -180,6 +198,10 @@ mod tests {
         assert!(!judge(Method::POST, &[host, ("origin", "https://elsewhere.example")]));
         assert!(!judge(Method::POST, &[host, ("origin", "https://health.example")]), "another port");
         assert!(!judge(Method::DELETE, &[host, ("origin", "null")]));
+        assert!(judge(Method::POST, &[host, ("sec-fetch-site", "cross-site"), ("origin", "https://dash.example")]));
+        assert!(judge(Method::PUT, &[host, ("origin", "https://dash.example")]));
+        assert!(!judge(Method::POST, &[host, ("origin", "https://dash.example:8443")]), "another origin");
+        assert!(!judge(Method::POST, &[host, ("origin", "http://dash.example")]), "without TLS");
     }
 
     #[test]

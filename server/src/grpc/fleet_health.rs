@@ -1,5 +1,7 @@
 //! `FleetHealth`: tails, remaining lives, histories.
 
+use std::str::FromStr;
+
 use domain::{Component, Invalid, OperatorId, Position, TailNumber};
 use proto::{
     grpc::{from_plan, into_assumption, into_plan},
@@ -12,6 +14,7 @@ use crate::{
     answer,
     auth::Caller,
     due::{self, DueList, Threshold},
+    fleet::{self, Choice, FleetQuestion, Order, Rank},
     history::{History, Range, View, history},
     plan,
     query::{grpc_hours, grpc_limit, grpc_number, grpc_within},
@@ -33,13 +36,17 @@ impl FleetHealth for Service {
             "" => None,
             text => Some(text.parse().map_err(|_| not_a_cursor())?),
         };
-        Ok(Response::new(answer::tails(&self.0.state, caller.operator(), after.as_ref(), limit).await?.into()))
+        Ok(Response::new(
+            answer::tails(&self.0.state, &self.0.state.present(), caller.operator(), after.as_ref(), limit)
+                .await?
+                .into(),
+        ))
     }
 
     async fn get_tail(&self, request: Request<v1::GetTailRequest>) -> Result<Response<v1::TailDetail>, Status> {
         let caller = Caller::from_request(&request)?;
         let tail = tail(&request.into_inner().tail)?;
-        Ok(Response::new(answer::tail(&self.0.state, caller.operator(), tail).await?.into()))
+        Ok(Response::new(answer::tail(&self.0.state, &self.0.state.present(), caller.operator(), &tail).await?.into()))
     }
 
     async fn get_rul(&self, request: Request<v1::GetRulRequest>) -> Result<Response<v1::Rul>, Status> {
@@ -48,7 +55,13 @@ impl FleetHealth for Service {
         let (tail, position) = place(&tail, &position)?;
         let within_fh = grpc_within(within_fh)?;
         let installed = answer::installed_at(&self.0.state, caller.operator(), &tail, &position).await?;
-        Ok(Response::new(answer::rul(&self.0.state, &installed, within_fh.as_deref()).into()))
+        Ok(Response::new(answer::rul(&self.0.state.present(), &installed, within_fh.as_deref()).into()))
+    }
+
+    async fn list_rul(&self, request: Request<v1::ListRulRequest>) -> Result<Response<v1::ListRulResponse>, Status> {
+        let caller = Caller::from_request(&request)?;
+        let asked = fleet_question(request.into_inner())?;
+        Ok(Response::new(fleet::page(&self.0.state, &self.0.state.present(), caller.operator(), &asked).await?.into()))
     }
 
     async fn list_due(&self, request: Request<v1::ListDueRequest>) -> Result<Response<v1::ListDueResponse>, Status> {
@@ -63,7 +76,7 @@ impl FleetHealth for Service {
             "" => None,
             text => Some(due::Place::from_cursor(text).ok_or_else(not_a_cursor)?),
         };
-        let list = DueList::read(&self.0.state, caller.operator(), threshold).await?;
+        let list = DueList::read(&self.0.state, &self.0.state.present(), caller.operator(), threshold).await?;
         Ok(Response::new(list.page(after.as_ref(), limit).into()))
     }
 
@@ -128,6 +141,40 @@ fn place(tail: &str, position: &str) -> Result<(TailNumber, Position), Refusal> 
     let tail = invalid.check("#/tail", tail.parse());
     let position = invalid.check("#/position", position.parse());
     Ok(invalid.into_result(tail.zip(position))?)
+}
+
+fn fleet_question(request: v1::ListRulRequest) -> Result<FleetQuestion, Refusal> {
+    let v1::ListRulRequest { statuses, tail, position, part_number, sort, within_fh, limit, cursor } = request;
+    let mut invalid = Invalid::default();
+    let tail = invalid.check("#/tail", given(&tail));
+    let position = invalid.check("#/position", given(&position));
+    let part_number = invalid.check("#/part_number", given(&part_number));
+    let names = invalid.into_result(tail.zip(position).zip(part_number));
+    let ((tail, position), part_number) = names?;
+    let statuses = statuses.into_iter().map(status).collect::<Result<_, _>>()?;
+    let order = match v1::RulOrder::try_from(sort) {
+        Ok(v1::RulOrder::Unspecified | v1::RulOrder::Place) => Order::Place,
+        Ok(v1::RulOrder::Risk) => Order::Risk,
+        Ok(v1::RulOrder::Date) => Order::Date,
+        Err(_) => return Err(Refusal::parameter("sort", format!("{sort} must be 0, 1, 2 or 3"))),
+    };
+    let after = match cursor.as_str() {
+        "" => None,
+        text => Some(Rank::from_cursor(text).ok_or_else(not_a_cursor)?),
+    };
+    let choice = Choice { statuses, tail, position, part_number };
+    let within_fh = grpc_number("within_fh", within_fh, due::WITHIN_RULE, due::is_within)?;
+    FleetQuestion { choice, order, within_fh, after, limit: grpc_limit(limit)? }.checked()
+}
+
+/// A name that may be left out.
+fn given<T: FromStr>(text: &str) -> Result<Option<T>, T::Err> {
+    (!text.is_empty()).then(|| text.parse()).transpose()
+}
+
+fn status(number: i32) -> Result<domain::Status, Refusal> {
+    let known = domain::Status::ALL.into_iter().find(|status| v1::Status::from(*status) as i32 == number);
+    known.ok_or_else(|| Refusal::parameter("statuses", format!("{number} must be a status from 1 to 6")))
 }
 
 fn view(request: &v1::ListHealthRequest) -> Result<View, Refusal> {

@@ -106,7 +106,7 @@ pub async fn get(
     if shown != installed.overhaul_index {
         return html(&EarlierPage::new(installed, course, record));
     }
-    let body = answer::rul(state, &installed, None);
+    let body = answer::rul(&state.present(), &installed, None);
     let what_if = WhatIfForm::of(&shared, caller.operator(), &place, wanted.typed()).await?;
     html(&ComponentPage {
         badge: Badge::of(&body),

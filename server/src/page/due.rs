@@ -80,7 +80,8 @@ pub async fn get(
     uri: Uri,
     asked: Result<Query<DueQuery>, Refusal>,
 ) -> Result<Response, Refusal> {
-    let now = (shared.state.clock)();
+    let present = shared.state.present();
+    let now = present.now();
     let Query(DueQuery { within_fh, risk }) = match asked {
         Ok(asked) => asked,
         Err(refusal) => {
@@ -89,7 +90,7 @@ pub async fn get(
         }
     };
     let threshold = Threshold::new(within_fh, risk);
-    let body = DueList::read(&shared.state, caller.operator(), threshold).await?.page(None, MAX_ROWS);
+    let body = DueList::read(&shared.state, &present, caller.operator(), threshold).await?.page(None, MAX_ROWS);
     let query = uri.query().filter(|query| !query.is_empty()).map(|query| format!("&{query}")).unwrap_or_default();
     html(&DuePage::new(now, body, format!("/v1/fleet/due?format=csv{query}")))
 }

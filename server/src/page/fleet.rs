@@ -9,12 +9,7 @@ use super::{
     html,
     words::{ATTENTION_FH, Badge, grouped, hours},
 };
-use crate::{
-    answer,
-    auth::Caller,
-    refusal::Refusal,
-    state::{Shared, State},
-};
+use crate::{answer, auth::Caller, present::Present, refusal::Refusal, state::Shared};
 
 /// Actuators on the page, the worst first; the rest is told over REST.
 const MOST: u32 = 500;
@@ -47,15 +42,14 @@ struct Row {
 
 /// `GET /`
 pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Response, Refusal> {
-    let state = &shared.state;
-    let stale_before = answer::stale_before(state);
+    let (state, present) = (&shared.state, shared.state.present());
     let WorstUnits { units, components, tails, pending_uploads } =
-        state.store.worst_units(caller.operator(), stale_before, ATTENTION_FH, MOST).await?;
-    let mut rows: Vec<Row> = units.into_iter().map(|listed| Row::new(state, listed)).collect();
+        state.store.worst_units(caller.operator(), present.stale_before(), ATTENTION_FH, MOST).await?;
+    let mut rows: Vec<Row> = units.into_iter().map(|listed| Row::new(&present, listed)).collect();
     // Units of equal rank stay in the order of their quantiles.
     rows.sort_by_key(|row| row.badge.rank);
     html(&FleetPage {
-        now: (state.clock)(),
+        now: present.now(),
         tails,
         components,
         pending: grouped(pending_uploads as f64),
@@ -65,8 +59,8 @@ pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Res
 }
 
 impl Row {
-    fn new(state: &State, ListedUnit { unit, utilisation_fh_per_day, plan }: ListedUnit) -> Self {
-        let status = answer::unit_status(state, &unit);
+    fn new(present: &Present, ListedUnit { unit, utilisation_fh_per_day, plan }: ListedUnit) -> Self {
+        let status = present.status_of_unit(&unit);
         let Unit { tail, position, place_known, part_number, serial_number, prognosis, .. } = unit;
         let (as_of, outlook) = prognosis.map(|prognosis| (prognosis.as_of, prognosis.outlook)).unzip();
         let outlook: Option<Outlook> = outlook.flatten();

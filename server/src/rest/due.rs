@@ -4,29 +4,38 @@ use axum::{
     Json,
     extract::State as Extract,
     http::{
-        HeaderMap, HeaderName,
-        header::{ACCEPT, CONTENT_DISPOSITION, CONTENT_TYPE, VARY},
+        HeaderMap, HeaderName, HeaderValue,
+        header::{ACCEPT, CONTENT_DISPOSITION, CONTENT_TYPE},
     },
-    response::{IntoResponse, Response},
+    response::Response,
 };
 use proto::{
     answer::{DueAnswer, DueItem},
     json::FieldError,
 };
 use serde::{Deserialize, Deserializer};
+use store::Scope;
 use utoipa::{IntoParams, ToSchema};
 
 use crate::{
+    asked::Asked,
     auth::Caller,
     csv,
     due::{self, DueList, Place, Threshold},
+    encoding::varies_by,
     limits::DEFAULT_LIMIT,
+    present::Present,
     problems::Listing,
     query::{self, Query},
     refusal::Refusal,
     state::Shared,
 };
 
+/// What a table is told as.
+const TABLE: [(HeaderName, &str); 2] = [
+    (CONTENT_TYPE, "text/csv; charset=utf-8; header=present"),
+    (CONTENT_DISPOSITION, "attachment; filename=\"due.csv\""),
+];
 const COLUMNS: [&str; 21] = [
     "list",
     "tail",
@@ -100,6 +109,15 @@ fn cursor<'de, D: Deserializer<'de>>(given: D) -> Result<Option<Place>, D::Error
 }
 
 impl DueQuery {
+    fn threshold(&self) -> Threshold {
+        Threshold::new(self.within_fh, self.risk)
+    }
+
+    /// The page of a list that is asked for.
+    fn page_of(&self, list: DueList) -> DueAnswer {
+        list.page(self.cursor.as_ref(), self.limit.unwrap_or(DEFAULT_LIMIT))
+    }
+
     /// Refuses what asks for a part of a table.
     fn must_be_whole(&self) -> Result<(), Refusal> {
         let given = [("limit", self.limit.is_some()), ("cursor", self.cursor.is_some())].into_iter();
@@ -131,26 +149,27 @@ pub async fn get(
     Extract(shared): Extract<Shared>,
     caller: Caller,
     headers: HeaderMap,
-    Query(asked): Query<DueQuery>,
+    asked: Asked,
+    Query(due): Query<DueQuery>,
 ) -> Result<Response, Refusal> {
-    let as_csv = asked.format.map_or_else(|| prefers_csv(&headers), |format| format == Format::Csv);
+    let as_csv = due.format.map_or_else(|| prefers_csv(&headers), |format| format == Format::Csv);
     if as_csv {
-        asked.must_be_whole()?;
+        due.must_be_whole()?;
     }
-    let threshold = Threshold::new(asked.within_fh, asked.risk);
-    let list = DueList::read(&shared.state, caller.operator(), threshold).await?;
-    let varies = (VARY, ACCEPT.as_str());
-    if !as_csv {
-        return Ok(
-            ([varies], Json(list.page(asked.cursor.as_ref(), asked.limit.unwrap_or(DEFAULT_LIMIT)))).into_response()
-        );
-    }
-    let described: [(HeaderName, &str); 3] = [
-        varies,
-        (CONTENT_TYPE, "text/csv; charset=utf-8; header=present"),
-        (CONTENT_DISPOSITION, "attachment; filename=\"due.csv\""),
-    ];
-    Ok((described, table(&list.whole())).into_response())
+    let (state, operator) = (&shared.state, caller.operator());
+    let list = async |present: &Present| DueList::read(state, present, operator, due.threshold()).await;
+    let mut response = match as_csv {
+        false => {
+            let page = async |present: &Present| Ok(Json(due.page_of(list(present).await?)));
+            asked.tell(&shared, Scope::Fleet, page).await?
+        }
+        true => {
+            let table = async |present: &Present| Ok((TABLE, table(&list(present).await?.whole())));
+            asked.in_form("csv").tell(&shared, Scope::Fleet, table).await?
+        }
+    };
+    varies_by(response.headers_mut(), HeaderValue::from_static("accept"));
+    Ok(response)
 }
 
 /// Tells whether a caller names `text/csv` and does not like `application/json` more.

@@ -16,11 +16,12 @@ use tokio::time::timeout;
 use utoipa::ToSchema;
 
 use crate::{
-    answer::CODE_VERSION,
+    CODE_VERSION,
     problems::Probing,
     prometheus::Metrics,
     refusal::Refusal,
     state::{Clock, Shared},
+    units::Units,
 };
 
 /// A database that does not answer by then is away.
@@ -40,12 +41,15 @@ pub struct Probed {
     pub clock: Clock,
     /// The figures on `/metrics`.
     pub metrics: Metrics,
+    /// Units by status, where somebody is answered about them.
+    pub units: Option<Units>,
 }
 
 impl FromRef<Shared> for Probed {
     fn from_ref(shared: &Shared) -> Self {
         let state = &shared.state;
-        Self { store: state.store.clone(), clock: state.clock.clone(), metrics: state.metrics.clone() }
+        let units = Some(shared.units.clone());
+        Self { store: state.store.clone(), clock: state.clock.clone(), metrics: state.metrics.clone(), units }
     }
 }
 
@@ -133,6 +137,9 @@ pub async fn version() -> Json<Version> {
 )]
 pub async fn metrics(Extract(probed): Extract<Probed>) -> Response {
     tell_work(&probed).await;
+    if let Some(units) = &probed.units {
+        tell_units(units, &probed).await;
+    }
     ([(CONTENT_TYPE, TEXT)], probed.metrics.render()).into_response()
 }
 
@@ -160,6 +167,16 @@ async fn tell_work(probed: &Probed) {
     };
     gauge!(metric::PENDING_UPLOADS.name).set(pending);
     gauge!(metric::OLDEST_PENDING_SECONDS.name).set(oldest_s);
-    gauge!(metric::SET_ASIDE.name).set(set_aside);
+    gauge!(metric::SET_ASIDE_UPLOADS.name).set(set_aside);
     gauge!(metric::UPLOADS_WITHOUT_PARTITION.name).set(without_partition);
+}
+
+/// Units by status, as they were a moment ago, or as they are now.
+async fn tell_units(units: &Units, probed: &Probed) {
+    match timeout(TOLD_WITHIN, units.tell(&probed.store, (probed.clock)())).await {
+        Ok(Ok(())) => return,
+        Ok(Err(error)) => tracing::error!(%error, "the database does not tell the status of units"),
+        Err(_) => tracing::error!("the database does not tell in time the status of units"),
+    }
+    units.forget();
 }

@@ -1,15 +1,18 @@
 //! Tails and the remaining lives on them.
 
-use axum::{Json, extract::State as Extract};
+use axum::{Json, extract::State as Extract, response::Response};
 use domain::TailNumber;
 use proto::answer::{Page, RulAnswer, TailAnswer, TailItem};
 use serde::Deserialize;
+use store::Scope;
 use utoipa::IntoParams;
 
 use crate::{
     answer,
+    asked::Asked,
     auth::Caller,
     path::{Named, Place, Tail},
+    present::Present,
     problems::{Listing, Lookup},
     query::{self, Query},
     refusal::Refusal,
@@ -52,9 +55,13 @@ pub struct Within {
 pub async fn list(
     Extract(shared): Extract<Shared>,
     caller: Caller,
+    asked: Asked,
     Query(Paging { limit, cursor }): Query<Paging>,
-) -> Result<Json<Page<TailItem>>, Refusal> {
-    Ok(Json(answer::tails(&shared.state, caller.operator(), cursor.as_ref(), limit).await?))
+) -> Result<Response, Refusal> {
+    let (state, operator) = (&shared.state, caller.operator());
+    let tails =
+        async |present: &Present| answer::tails(state, present, operator, cursor.as_ref(), limit).await.map(Json);
+    asked.tell(&shared, Scope::Fleet, tails).await
 }
 
 /// A tail: its positions, their components and latest prognoses.
@@ -69,9 +76,12 @@ pub async fn list(
 pub async fn get(
     Extract(shared): Extract<Shared>,
     caller: Caller,
+    asked: Asked,
     Named(Tail { tail }): Named<Tail>,
-) -> Result<Json<TailAnswer>, Refusal> {
-    Ok(Json(answer::tail(&shared.state, caller.operator(), tail).await?))
+) -> Result<Response, Refusal> {
+    let (state, operator) = (&shared.state, caller.operator());
+    let answer = async |present: &Present| answer::tail(state, present, operator, &tail).await.map(Json);
+    asked.tell(&shared, Scope::Tail(&tail), answer).await
 }
 
 /// The remaining useful life at every position of a tail.
@@ -86,11 +96,16 @@ pub async fn get(
 pub async fn ruls(
     Extract(shared): Extract<Shared>,
     caller: Caller,
+    asked: Asked,
     Named(Tail { tail }): Named<Tail>,
     Query(Within { within_fh }): Query<Within>,
-) -> Result<Json<Page<RulAnswer>>, Refusal> {
-    let items = answer::tail_ruls(&shared.state, caller.operator(), &tail, within_fh.as_deref()).await?;
-    Ok(Json(Page { items, next_cursor: None }))
+) -> Result<Response, Refusal> {
+    let (state, operator) = (&shared.state, caller.operator());
+    let ruls = async |present: &Present| {
+        let items = answer::tail_ruls(state, present, operator, &tail, within_fh.as_deref()).await?;
+        Ok(Json(Page { items, next_cursor: None }))
+    };
+    asked.tell(&shared, Scope::Tail(&tail), ruls).await
 }
 
 /// The remaining useful life of the component at one position.
@@ -105,9 +120,14 @@ pub async fn ruls(
 pub async fn rul(
     Extract(shared): Extract<Shared>,
     caller: Caller,
-    Named(place): Named<Place>,
+    asked: Asked,
+    Named(Place { tail, position }): Named<Place>,
     Query(Within { within_fh }): Query<Within>,
-) -> Result<Json<RulAnswer>, Refusal> {
-    let installed = answer::installed_at(&shared.state, caller.operator(), &place.tail, &place.position).await?;
-    Ok(Json(answer::rul(&shared.state, &installed, within_fh.as_deref())))
+) -> Result<Response, Refusal> {
+    let (state, operator) = (&shared.state, caller.operator());
+    let rul = async |present: &Present| {
+        let installed = answer::installed_at(state, operator, &tail, &position).await?;
+        Ok(Json(answer::rul(present, &installed, within_fh.as_deref())))
+    };
+    asked.tell(&shared, Scope::Tail(&tail), rul).await
 }

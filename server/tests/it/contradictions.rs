@@ -116,6 +116,11 @@ async fn a_unit_that_lost_its_place_without_a_removal_stays_listed_without_a_pla
     let answer = grpc.list_due(request).await.unwrap().into_inner();
     let listed = [answer.items, answer.unknown].concat();
     assert!(listed.iter().any(|item| item.serial_number == "SN 1" && item.tail.is_none()), "{listed:?}");
+    let fleet = house.read("/v1/fleet/rul").await;
+    let listed: Vec<_> =
+        fleet["items"].as_array().unwrap().iter().map(|item| (&item["serial_number"], &item["displaced"])).collect();
+    assert_eq!(listed, [(&json!("SN 2"), &json!(false)), (&json!("SN 1"), &json!(true))], "behind those with a place");
+    assert_eq!(house.read("/v1/fleet/rul?tail=EC-MXA").await["items"].as_array().unwrap().len(), 1, "it is on no tail");
     let csv = house.get("/v1/fleet/due?risk=0.99&format=csv").await.text().await.unwrap();
     assert!(csv.contains(",,,EMA-500,SN 1"), "{csv}");
     for page in ["/", "/due"] {

@@ -37,7 +37,7 @@ async fn judged(house: &House, tail: &str, hours: &[f64], forecast: Result<Forec
 }
 
 /// Eight components: one failed, three due, one far from it, one contradictory, one young, one not judged.
-async fn fleet() -> House {
+pub async fn fleet() -> House {
     let house = House::open().await;
     judged(&house, "EC-FAR", &[0.0], Ok(ending_every(90.0))).await;
     judged(&house, "EC-TEN", &[0.0, 40.0, 130.0], Ok(ending_every(10.0))).await;
@@ -187,7 +187,7 @@ async fn a_table_comes_whole() {
     let house = fleet().await;
     let by_format = house.get(&format!("{DUE}?format=csv")).await;
     assert_eq!(by_format.headers()["content-type"], "text/csv; charset=utf-8; header=present");
-    assert_eq!(by_format.headers()["vary"], "accept");
+    assert!(by_format.headers().get_all("vary").iter().any(|name| name == "accept"));
     let table = by_format.text().await.unwrap();
     let accept = house.client.get(format!("{}{DUE}", house.url)).header("accept", "text/csv");
     assert_eq!(accept.send().await.unwrap().text().await.unwrap(), table);

@@ -5,7 +5,7 @@ use proto::v1::{GetRulRequest, fleet_health_client::FleetHealthClient, ingest_cl
 use reqwest::Method;
 use serde_json::json;
 
-use crate::house::House;
+use crate::house::{House, forecast};
 
 /// The figures as they are served now.
 struct Figures(String);
@@ -50,34 +50,50 @@ async fn the_service_tells_of_itself() {
 
     let figures = Figures::read(&house).await;
     let uploads =
-        |transport, outcome| figures.value("uploads_total", &[("transport", transport), ("outcome", outcome)]);
+        |transport, outcome| figures.value("actuary_uploads_total", &[("transport", transport), ("outcome", outcome)]);
     assert_eq!(uploads("rest", "accepted"), Some(2.0));
     assert_eq!(uploads("rest", "duplicate"), Some(1.0));
     assert_eq!(uploads("rest", "conflict"), Some(1.0));
     assert_eq!(uploads("rest", "invalid"), Some(1.0));
     assert_eq!((uploads("ndjson", "accepted"), uploads("ndjson", "invalid")), (Some(1.0), Some(1.0)));
     assert_eq!(uploads("grpc", "accepted"), Some(1.0));
-    let http = |labels: &[(&str, &str)]| figures.value("http_request_duration_seconds_count", labels);
+    let http = |labels: &[(&str, &str)]| figures.value("actuary_http_request_duration_seconds_count", labels);
     assert_eq!(http(&[("route", "/v1/tails/{tail}/uploads"), ("method", "POST"), ("status", "202")]), Some(2.0));
     assert_eq!(http(&[("route", "/v1/tails/{tail}"), ("method", "GET"), ("status", "404")]), Some(1.0));
     assert_eq!(http(&[("route", "none"), ("status", "404")]), Some(1.0));
     assert_eq!(http(&[("route", "/v1/tails"), ("method", "other"), ("status", "405")]), Some(1.0));
-    let grpc =
-        |method, code| figures.value("grpc_request_duration_seconds_count", &[("method", method), ("code", code)]);
+    let grpc = |method, code| {
+        figures.value("actuary_grpc_request_duration_seconds_count", &[("method", method), ("code", code)])
+    };
     assert_eq!(grpc("actuary.v1.Ingest/Upload", "0"), Some(1.0));
     assert_eq!(grpc("actuary.v1.FleetHealth/GetRul", "5"), Some(1.0));
-    assert!(figures.value("commit_seconds_bucket", &[("le", "0.5")]).is_some(), "histograms have buckets");
-    assert!(figures.value("commit_seconds_count", &[]).unwrap() >= 3.0);
-    assert_eq!(figures.value("pending_uploads", &[]), Some(4.0));
-    assert_eq!(figures.value("oldest_pending_seconds", &[]), Some(86_400.0));
-    assert_eq!(figures.value("set_aside_total", &[]), Some(0.0));
+    assert!(figures.value("actuary_commit_seconds_bucket", &[("le", "0.5")]).is_some(), "histograms have buckets");
+    assert!(figures.value("actuary_commit_seconds_count", &[]).unwrap() >= 3.0);
+    assert_eq!(figures.value("actuary_pending_uploads", &[]), Some(4.0));
+    assert_eq!(figures.value("actuary_oldest_pending_seconds", &[]), Some(86_400.0));
+    assert_eq!(figures.value("actuary_set_aside_uploads", &[]), Some(0.0));
+    assert_eq!(figures.value("actuary_build_info", &[("version", env!("CARGO_PKG_VERSION"))]), Some(1.0));
+    assert!(figures.value("actuary_started_at_seconds", &[]).unwrap() > 1.7e9);
+    let units = |figures: &Figures, status| figures.value("actuary_units", &[("status", status)]);
+    assert_eq!((units(&figures, "insufficient_history"), units(&figures, "ok")), (Some(1.0), Some(0.0)));
 
     let reason = SetAsideReason::NotEstimable;
     house.set_aside(&[SetAside { upload_id: "u2".parse().unwrap(), reason, detail: "no such map".to_owned() }]).await;
     let figures = Figures::read(&house).await;
-    assert_eq!(figures.value("pending_uploads", &[]), Some(0.0));
-    assert_eq!(figures.value("oldest_pending_seconds", &[]), Some(0.0));
-    assert_eq!(figures.value("set_aside_total", &[]), Some(1.0));
+    assert_eq!(figures.value("actuary_pending_uploads", &[]), Some(0.0));
+    assert_eq!(figures.value("actuary_oldest_pending_seconds", &[]), Some(0.0));
+    assert_eq!(figures.value("actuary_set_aside_uploads", &[]), Some(1.0));
+
+    assert_eq!(house.upload("EC-MXA", &house.body("u3", 30.0)).await.status(), 202);
+    house.work(Ok(forecast(80))).await;
+    house.wait_ms(59_999);
+    assert_eq!(units(&Figures::read(&house).await, "ok"), Some(0.0), "units are counted once a minute");
+    house.wait_ms(1);
+    let figures = Figures::read(&house).await;
+    assert_eq!((units(&figures, "insufficient_history"), units(&figures, "ok")), (Some(0.0), Some(1.0)));
+    house.wait_days(60.0);
+    let figures = Figures::read(&house).await;
+    assert_eq!((units(&figures, "stale"), units(&figures, "ok")), (Some(1.0), Some(0.0)));
 
     for line in figures.0.lines() {
         if let Some(series) = line.strip_prefix("# TYPE ") {
@@ -90,5 +106,7 @@ async fn the_service_tells_of_itself() {
 
     house.store.close().await;
     let figures = Figures::read(&house).await;
-    assert!(figures.value("pending_uploads", &[]).unwrap().is_nan(), "unknown is not told as a number");
+    assert!(figures.value("actuary_pending_uploads", &[]).unwrap().is_nan(), "unknown is not told as a number");
+    house.wait_ms(60_000);
+    assert!(units(&Figures::read(&house).await, "ok").unwrap().is_nan(), "nor are units that cannot be counted");
 }

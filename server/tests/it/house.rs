@@ -155,23 +155,28 @@ impl House {
 
     /// A house that is called by names of its own.
     pub async fn called(hosts: &[&str]) -> Self {
-        Self::furnish(true, Options::default(), None, hosts, server::MAX_CONNECTIONS).await
+        Self::furnish(true, Options::default(), None, (hosts, &[]), server::MAX_CONNECTIONS).await
+    }
+
+    /// A house that pages of other origins may call.
+    pub async fn called_from(origins: &[&str]) -> Self {
+        Self::furnish(true, Options::default(), None, (&[], origins), server::MAX_CONNECTIONS).await
     }
 
     /// A house with so many places for connections.
     pub async fn with_places(places: usize) -> Self {
-        Self::furnish(true, Options::default(), None, &[], places).await
+        Self::furnish(true, Options::default(), None, (&[], &[]), places).await
     }
 
     async fn behind(enrol: bool, options: Options, files: Option<TlsFiles>) -> Self {
-        Self::furnish(enrol, options, files, &[], server::MAX_CONNECTIONS).await
+        Self::furnish(enrol, options, files, (&[], &[]), server::MAX_CONNECTIONS).await
     }
 
     async fn furnish(
         enrol: bool,
         options: Options,
         files: Option<TlsFiles>,
-        hosts: &[&str],
+        (hosts, origins): (&[&str], &[&str]),
         max_connections: usize,
     ) -> Self {
         let folder = tempfile::tempdir().unwrap();
@@ -202,6 +207,7 @@ impl House {
             stale_after: Duration::from_secs(30 * 86_400),
             enrol,
             hosts: hosts.iter().map(|host| host.parse().unwrap()).collect(),
+            origins: origins.iter().map(|origin| origin.parse().unwrap()).collect(),
             max_connections,
             scorer: Arc::new(Counter),
             forecaster: Arc::new(Inverse(store.clone())),

@@ -6,6 +6,11 @@ use super::{Backend, Store, backend};
 use crate::{AuditChain, Revocation, StoreError, TokenRecord};
 
 impl Store {
+    /// All operators that were ever heard of, in alphabetical order.
+    pub async fn operators(&self) -> Result<Vec<OperatorId>, StoreError> {
+        backend!(self, operators())
+    }
+
     /// Keeps a new token, whose secret nobody but its owner knows.
     pub async fn create_token(&self, token: &TokenRecord, actor: Actor) -> Result<(), StoreError> {
         backend!(self, create_token(token, actor))

@@ -63,6 +63,8 @@ fn a_service_for_others_needs_a_token_and_tls() {
     serve(&["--tls-cert", "absent.pem", "--tls-key", "absent.key"], "absent.pem");
     serve(&["--client-ca", "absent.pem"], "--tls-cert");
     serve(&["--plaintext", "--tls-cert", "a.pem", "--tls-key", "a.key"], "--plaintext");
+    serve(&["--allow-origin", "*"], "names everyone");
+    serve(&["--allow-origin", "https://dash.example/"], "as in https://dash.example");
 }
 
 #[test]

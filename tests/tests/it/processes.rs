@@ -1,7 +1,14 @@
 //! Processes around a database: what they refuse, what they answer to probes, how they end.
 
-use std::{io::Write, net::TcpStream, process::Command};
+use std::{
+    fs::{self, File},
+    io::Write,
+    net::TcpStream,
+    process::Command,
+    time::{Duration, Instant},
+};
 
+use serde_json::Value;
 use tests::{Service, binary, run};
 
 fn refused(arguments: &[&str], code: i32, words: &str) {
@@ -66,4 +73,28 @@ async fn a_service_tells_how_it_is_and_ends_when_asked() {
     let (status, after) = service.terminate();
     assert!(status.success(), "{status}");
     println!("ended {:.1} s after SIGTERM", after.as_secs_f64());
+}
+
+#[test]
+fn a_log_for_programs_is_json_line_by_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log");
+    let url = format!("sqlite:{}", folder.path().join("fleet.sqlite").display());
+    let mut command = Command::new(binary());
+    command.args(["serve", "--port", "0", "--log-format", "json", "--database-url", &url]).env_remove("RUST_LOG");
+    let service = Service::spawn(command.stderr(File::create(&log).unwrap())).unwrap();
+    service.signal("HUP");
+    let deadline = Instant::now() + Duration::from_secs(20);
+    while !fs::read_to_string(&log).unwrap().contains('\n') {
+        assert!(Instant::now() < deadline, "nothing is logged");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    service.terminate();
+    let text = fs::read_to_string(&log).unwrap();
+    let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).expect(line)).collect();
+    let told =
+        |line: &&Value| line["level"] == "WARN" && line["message"].as_str().unwrap().contains("SIGHUP changes nothing");
+    let warning = lines.iter().find(told).unwrap_or_else(|| panic!("{text}"));
+    assert!(warning["timestamp"].is_string() && warning["target"].is_string(), "{warning}");
+    refused(&["serve", "--log-format", "xml", "--port", "0", "--database-url", &url], 2, "--log-format");
 }

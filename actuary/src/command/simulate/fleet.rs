@@ -15,7 +15,7 @@ use crate::{
     flights::FlightArguments,
     http::{self, Access, Address},
     say::say,
-    telemetry,
+    telemetry::LogArguments,
     upkeep::UpkeepArguments,
 };
 
@@ -57,11 +57,13 @@ pub struct Arguments {
     /// Where to write the hidden truth.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
+    #[command(flatten)]
+    log: LogArguments,
 }
 
 /// Flies the fleet.
 pub fn run(arguments: Arguments) -> Result<()> {
-    telemetry::start();
+    arguments.log.start();
     tokio::runtime::Runtime::new()?.block_on(fly(arguments))
 }
 

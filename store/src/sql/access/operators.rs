@@ -6,7 +6,7 @@
 use domain::{OperatorId, Timestamp};
 
 use super::super::{
-    Connection,
+    Connection, Engine,
     ground::{
         row::parse,
         sealed::{self, Sealed, sealed},
@@ -22,6 +22,12 @@ sealed! {
     key { operator: String }
     columns { enrolled_at: i64 }
     values "$1, $2, $3" where "operator = $2"
+}
+
+impl Engine {
+    pub(crate) async fn operators(&self) -> Result<Vec<OperatorId>, StoreError> {
+        all(&mut *self.read_all().await?).await
+    }
 }
 
 /// Enrols an operator, unless it is known.

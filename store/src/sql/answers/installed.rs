@@ -121,16 +121,20 @@ impl Engine {
         stale_before: Timestamp,
     ) -> Result<MayBeDue, StoreError> {
         let mut transaction = self.read(operator).await?;
-        let (components,): (i64,) = sqlx::query_as("select count(*) from board_units where operator = $1")
-            .bind(operator.as_str())
-            .fetch_one(&mut *transaction)
-            .await?;
+        let (components, oldest_fresh): (i64, Option<i64>) = sqlx::query_as(
+            "select count(*), min(case when as_of_at > $2 then as_of_at end) from board_units where operator = $1",
+        )
+        .bind(operator.as_str())
+        .bind(stale_before.micros())
+        .fetch_one(&mut *transaction)
+        .await?;
         let query = sqlx::query_as(possibly_due(risk)).bind(operator.as_str());
         let query = query.bind(stale_before.micros()).bind(within_fh);
         let rows: Vec<InstalledRow> = query.fetch_all(&mut *transaction).await?;
         let flown = flown(&mut transaction, operator, "", LAST).await?;
         let installed = rows.into_iter().map(|row| row.installed(&flown)).collect::<Result<_, _>>()?;
-        Ok(MayBeDue { installed, components: count("board_units", components)? })
+        let oldest_fresh = oldest_fresh.map(Timestamp::from_micros);
+        Ok(MayBeDue { installed, components: count("board_units", components)?, oldest_fresh })
     }
 
     pub(crate) async fn worst_units(

@@ -111,6 +111,7 @@ impl Service {
             stale_after: Duration::from_secs(STALE_AFTER_DAYS * 86_400),
             enrol: true,
             hosts: Vec::new(),
+            origins: Vec::new(),
             max_connections: server::MAX_CONNECTIONS,
             scorer: Arc::new(Unjudged),
             forecaster: Arc::new(Unforeseen),

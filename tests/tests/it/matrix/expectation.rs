@@ -63,7 +63,7 @@ pub fn of_rest(method: &str, path: &str) -> Expectation {
         ("get", "/v1/tails" | "/v1/tails/{tail}" | "/v1/tails/{tail}/rul") => (Readers, 200),
         ("get", "/v1/tails/{tail}/positions/{position}/rul") => (Readers, 200),
         ("get", "/v1/tails/{tail}/positions/{position}/health") => (Readers, 200),
-        ("get", "/v1/fleet/due" | "/v1/fleet/scoreboard") => (Readers, 200),
+        ("get", "/v1/fleet/due" | "/v1/fleet/rul" | "/v1/fleet/scoreboard") => (Readers, 200),
         ("post", "/v1/tails/{tail}/positions/{position}/maintenance") => (Planners, 201),
         ("post", "/v1/tails/{tail}/positions/{position}/maintenance/{event_id}/void") => (Planners, 200),
         ("get", "/v1/tails/{tail}/sensor-configurations") => (Readers, 200),
@@ -89,6 +89,7 @@ pub fn of_grpc(path: &str) -> Expectation {
         | "/actuary.v1.FleetHealth/GetRul"
         | "/actuary.v1.FleetHealth/ListHealth"
         | "/actuary.v1.FleetHealth/ListDue"
+        | "/actuary.v1.FleetHealth/ListRul"
         | "/actuary.v1.FleetHealth/GetPlan"
         | "/actuary.v1.FleetHealth/WhatIf" => Allowed::Readers,
         "/actuary.v1.FleetHealth/SetPlan" => Allowed::Planners,
@@ -116,6 +117,9 @@ pub fn parameter(endpoint: &str, name: &str, of: Owner) -> String {
         ("state", _) => return "processed".to_owned(),
         ("view", _) => return "states".to_owned(),
         ("limit", _) => return "2".to_owned(),
+        ("part_number", _) => of.part(),
+        ("status", _) => return "ok,failed".to_owned(),
+        ("sort", _) => return "place".to_owned(),
         ("format", _) => return "csv".to_owned(),
         ("within_fh", _) => return "300".to_owned(),
         ("risk", _) => return "0.001".to_owned(),
@@ -125,6 +129,7 @@ pub fn parameter(endpoint: &str, name: &str, of: Owner) -> String {
         ("to_fh", _) => return "100000".to_owned(),
         ("cursor", "/v1/uploads") => of.upload(1, 0),
         ("cursor", "/v1/tails") => of.tail(1),
+        ("cursor", "/v1/fleet/rul") => format!("place_0_0_0_{}_{}", of.tail(1), of.position()),
         // A cursor after an upload is made of its name, and so belongs to a component.
         ("cursor", _) => of.upload(1, 0),
         _ => panic!("{endpoint}: there is no value for the parameter {name:?} yet"),

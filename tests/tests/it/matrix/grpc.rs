@@ -83,6 +83,8 @@ pub fn message(path: &str, of: Owner) -> Vec<u8> {
             v1::ListHealthRequest { part_number: of.part(), serial_number: of.serial(1), ..Default::default() }
                 .encode_to_vec()
         }
+        "ListRul" => v1::ListRulRequest { sort: v1::RulOrder::Risk.into(), tail: of.tail(1), ..Default::default() }
+            .encode_to_vec(),
         "ListDue" => v1::ListDueRequest::default().encode_to_vec(),
         "GetPlan" => v1::GetPlanRequest { tail: of.tail(1) }.encode_to_vec(),
         "SetPlan" => v1::SetPlanRequest { tail: of.tail(1), stretches: Vec::new() }.encode_to_vec(),

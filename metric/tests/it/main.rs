@@ -1,0 +1,3 @@
+//! Metrics as they are shown.
+
+mod dashboard;

@@ -1,0 +1,243 @@
+//! All units of an operator, chosen and put in order when they are read, assembled once for both transports.
+//!
+//! The order changes with the clock and with every upload. A cursor names a rank in it, so that a page begins where the one
+//! before ended even if the unit there has moved on.
+
+use std::cmp::Ordering;
+
+use domain::{OperatorId, PartNumber, Position, Status, TailNumber};
+use proto::answer::{Page, RulAnswer};
+use store::Installed;
+
+use crate::{
+    answer,
+    due::{RISK, WITHIN_FH, unit},
+    present::Present,
+    refusal::Refusal,
+    state::State,
+    units,
+};
+
+/// The units that are asked for; what is `None` does not matter.
+#[derive(Debug, Default)]
+pub struct Choice {
+    /// With one of these statuses; with any where there is none.
+    pub statuses: Vec<Status>,
+    /// On this tail.
+    pub tail: Option<TailNumber>,
+    /// At this position.
+    pub position: Option<Position>,
+    /// Of this part number.
+    pub part_number: Option<PartNumber>,
+}
+
+impl Choice {
+    /// Tells whether a unit is asked for. One that has no place is on no tail and at no position.
+    fn includes(&self, present: &Present, installed: &Installed) -> bool {
+        let is_there = |wanted: bool| installed.place_known && wanted;
+        self.tail.as_ref().is_none_or(|tail| is_there(*tail == installed.tail))
+            && self.position.as_ref().is_none_or(|position| is_there(*position == installed.position))
+            && self.part_number.as_ref().is_none_or(|part_number| *part_number == installed.part_number)
+            && (self.statuses.is_empty() || self.statuses.contains(&present.status(installed)))
+    }
+}
+
+/// The order of units.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Order {
+    /// By tail and position; behind them those without a place.
+    #[default]
+    Place,
+    /// Failed ones, then by the probability of failure, the greatest first; behind them those whose state is unknown.
+    Risk,
+    /// Failed ones, then by the date on which one in ten will have failed; behind them those without such a date.
+    Date,
+}
+
+impl Order {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Place, Self::Risk, Self::Date];
+
+    /// The name.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Place => "place",
+            Self::Risk => "risk",
+            Self::Date => "date",
+        }
+    }
+
+    /// The order of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|order| order.as_str() == name)
+    }
+}
+
+/// The rank of a unit in an order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rank {
+    /// The order.
+    pub order: Order,
+    /// The part of the list that it is in.
+    part: u8,
+    figure: f64,
+    tail: TailNumber,
+    position: Position,
+    /// Tells units without a place apart; 0 for one that has a place.
+    unit: u64,
+}
+
+impl Rank {
+    fn of(present: &Present, installed: &Installed, order: Order, within_fh: f64) -> Self {
+        let (part, figure) = match order {
+            Order::Place => (u8::from(!installed.place_known), 0.0),
+            Order::Risk => by_risk(present, installed, within_fh),
+            Order::Date => by_date(present, installed),
+        };
+        let (tail, position) = (installed.tail.clone(), installed.position.clone());
+        Self { order, part, figure, tail, position, unit: unit(installed) }
+    }
+
+    fn compare(&self, other: &Self) -> Ordering {
+        let by_figure = self.part.cmp(&other.part).then(self.figure.total_cmp(&other.figure));
+        let by_place = by_figure.then_with(|| (&self.tail, &self.position).cmp(&(&other.tail, &other.position)));
+        by_place.then(self.unit.cmp(&other.unit))
+    }
+
+    fn to_cursor(&self) -> String {
+        let Self { order, part, figure, tail, position, unit } = self;
+        format!("{}_{part}_{figure}_{unit}_{tail}_{position}", order.as_str())
+    }
+
+    /// The rank that a text names, if it is a cursor.
+    pub fn from_cursor(text: &str) -> Option<Self> {
+        // A position may hold the separator, and comes last.
+        let mut parts = text.splitn(6, '_');
+        let order = Order::named(parts.next()?)?;
+        let part = parts.next()?.parse().ok().filter(|part| *part <= UNKNOWN)?;
+        let figure = parts.next()?.parse().ok().filter(|figure: &f64| figure.is_finite())?;
+        let unit = parts.next()?.parse().ok()?;
+        let (tail, position) = (parts.next()?.parse().ok()?, parts.next()?.parse().ok()?);
+        Some(Self { order, part, figure, tail, position, unit })
+    }
+}
+
+/// Parts of lists by risk and by date.
+const FAILED: u8 = 0;
+const KNOWN: u8 = 1;
+const UNKNOWN: u8 = 2;
+
+/// As on the due list: what is uncertain is among what is known where its last numbers exceed the risk.
+fn by_risk(present: &Present, installed: &Installed, within_fh: f64) -> (u8, f64) {
+    let forecast = installed.prognosis.as_ref().and_then(|prognosis| prognosis.forecast.as_ref().ok());
+    let p = forecast.and_then(|forecast| forecast.rul.probability_within(within_fh)).map(|(p, _)| p);
+    match (present.status(installed), p) {
+        (Status::Failed, p) => (FAILED, -p.unwrap_or(1.0)),
+        (_, Some(p)) if p > RISK => (KNOWN, -p),
+        (Status::Ok | Status::BeyondHorizon, Some(p)) if installed.place_known => (KNOWN, -p),
+        _ => (UNKNOWN, 0.0),
+    }
+}
+
+fn by_date(present: &Present, installed: &Installed) -> (u8, f64) {
+    let forecast = || {
+        let prognosis = installed.prognosis.as_ref()?;
+        let p10_fh = prognosis.forecast.as_ref().ok()?.rul.quantile_fh(0.1)?;
+        answer::time_after(&answer::schedule(installed, &prognosis.as_of), p10_fh)
+    };
+    match (present.status(installed), forecast()) {
+        (Status::Failed, _) => (FAILED, 0.0),
+        (_, Some(time)) => (KNOWN, time.micros() as f64),
+        (_, None) => (UNKNOWN, 0.0),
+    }
+}
+
+/// A page of units that is asked for.
+#[derive(Debug, Default)]
+pub struct FleetQuestion {
+    /// Which units.
+    pub choice: Choice,
+    /// In which order.
+    pub order: Order,
+    /// The flight hours for which P(failure within) is told, and that the order by risk goes by.
+    pub within_fh: Option<f64>,
+    /// The rank behind which the page begins.
+    pub after: Option<Rank>,
+    /// Most units.
+    pub limit: u32,
+}
+
+impl FleetQuestion {
+    /// Refuses a cursor of another order.
+    pub fn checked(self) -> Result<Self, Refusal> {
+        match &self.after {
+            Some(rank) if rank.order != self.order => {
+                let detail = format!("it is of the order by {}, not by {}", rank.order.as_str(), self.order.as_str());
+                Err(Refusal::parameter("cursor", detail))
+            }
+            _ => Ok(self),
+        }
+    }
+
+    fn rank(&self, present: &Present, installed: &Installed) -> Option<Rank> {
+        let asked_for = self.choice.includes(present, installed);
+        let rank = || Rank::of(present, installed, self.order, self.within_fh.unwrap_or(WITHIN_FH));
+        let is_behind = |rank: &Rank| self.after.as_ref().is_none_or(|after| rank.compare(after).is_gt());
+        asked_for.then(rank).filter(is_behind)
+    }
+}
+
+/// One page of the remaining lives of an operator's units.
+pub async fn page(
+    state: &State,
+    present: &Present,
+    operator: &OperatorId,
+    asked: &FleetQuestion,
+) -> Result<Page<RulAnswer>, Refusal> {
+    let mut units = first(state, present, operator, asked).await?;
+    let next_cursor = answer::next_cursor(&mut units, asked.limit, |(rank, _)| rank.to_cursor());
+    let within_fh = asked.within_fh.as_slice();
+    let within_fh = Some(within_fh).filter(|hours| !hours.is_empty());
+    let items = units.iter().map(|(_, installed)| answer::rul(present, installed, within_fh)).collect();
+    Ok(Page { items, next_cursor })
+}
+
+/// The units of a page and one more, if there is one, in their order. All are looked at, and only so many are held.
+async fn first(
+    state: &State,
+    present: &Present,
+    operator: &OperatorId,
+    asked: &FleetQuestion,
+) -> Result<Vec<(Rank, Installed)>, Refusal> {
+    let mut first: Vec<(Rank, Installed)> = Vec::new();
+    let take = |some: Vec<Installed>| {
+        first.extend(some.into_iter().filter_map(|one| Some((asked.rank(present, &one)?, one))));
+        first.sort_by(|(a, _), (b, _)| a.compare(b));
+        first.truncate(asked.limit as usize + 1);
+    };
+    units::read(&state.store, operator, take).await?;
+    Ok(first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cursor_comes_back_as_it_was() {
+        let rank = Rank {
+            order: Order::Risk,
+            part: KNOWN,
+            figure: -(0.1 + 0.2),
+            tail: "EC-MXA".parse().unwrap(),
+            position: "AIL_L_2".parse().unwrap(),
+            unit: 7,
+        };
+        assert_eq!(Rank::from_cursor(&rank.to_cursor()), Some(rank));
+        for bad in
+            ["", "risk", "worst_1_0_0_EC-MXA_A", "risk_3_0_0_EC-MXA_A", "risk_1_NaN_0_EC-MXA_A", "place_0_0_0_ec_A"]
+        {
+            assert_eq!(Rank::from_cursor(bad), None, "{bad}");
+        }
+    }
+}
