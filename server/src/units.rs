@@ -62,8 +62,8 @@ impl Units {
         let present = Present::at(now, self.stale_after);
         let mut counts = [0; Status::ALL.len()];
         for operator in store.operators().await? {
-            let see = |some: Vec<Installed>| some.iter().for_each(|one| counts[present.status(one) as usize] += 1);
-            read(store, &operator, see).await?;
+            let all = store.worst_units(&operator, present.stale_before(), 0.0, u32::MAX).await?;
+            all.units.iter().for_each(|listed| counts[present.status_of_unit(&listed.unit) as usize] += 1);
         }
         Ok(counts)
     }
