@@ -31,6 +31,12 @@ impl RulDistribution {
         Self { horizon_fh, draws: ends.len(), ends_fh }
     }
 
+    /// From the ends before a horizon, ascending; the further draws outlive it. `None` where they are not that.
+    pub fn from_ends(ends_fh: Vec<f32>, draws: usize, horizon_fh: f64) -> Option<Self> {
+        let are_ends = ends_fh.iter().all(|&end| (0.0..horizon_fh).contains(&f64::from(end)));
+        (are_ends && ends_fh.is_sorted() && ends_fh.len() <= draws).then_some(Self { horizon_fh, draws, ends_fh })
+    }
+
     /// Ends before the horizon, flight hours from the newest data, ascending; the further draws outlive it.
     pub fn ends_fh(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
         self.ends_fh.iter().map(|&end| f64::from(end))

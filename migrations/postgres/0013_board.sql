@@ -31,6 +31,19 @@ select across('board_units', 'select (place_known, standing, as_of_at)');
 create index board_units_on_tail on board_units (operator, tail, position, part_number, serial_number);
 create index board_units_displaced on board_units (operator, part_number, serial_number) where place_known = 0;
 
+-- The draws of the forecasts that are served.
+create table board_curves (
+    operator text collate "C" not null,
+    part_number text collate "C" not null,
+    serial_number text collate "C" not null,
+    draws bigint not null,
+    horizon_fh double precision not null,
+    ends text not null,
+    checksum bytea not null,
+    primary key (operator, part_number, serial_number)
+);
+select wall('board_curves', 'select, insert, update, delete');
+
 -- Tails in short, and how much they fly.
 create table board_tails (
     operator text collate "C" not null,

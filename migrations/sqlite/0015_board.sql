@@ -29,6 +29,18 @@ create table board_units (
 create index board_units_on_tail on board_units (operator, tail, position, part_number, serial_number);
 create index board_units_displaced on board_units (operator, part_number, serial_number) where place_known = 0;
 
+-- The draws of the forecasts that are served.
+create table board_curves (
+    operator text not null,
+    part_number text not null,
+    serial_number text not null,
+    draws integer not null,
+    horizon_fh real not null,
+    ends text not null,
+    checksum blob not null,
+    primary key (operator, part_number, serial_number)
+) strict, without rowid;
+
 -- Tails in short, and how much they fly.
 create table board_tails (
     operator text not null,

@@ -8,7 +8,7 @@ use proto::answer::{
     EndOfLife, FailureProbability, Fault, MaskAnswer, ModelItem, MonteCarlo, Page, RulAnswer, RulQuantiles, TailAnswer,
     TailItem,
 };
-use store::{BundleRecord, ComponentRecord, Installed, LifeBeginning, SetAsideUploads, TailInShort};
+use store::{BundleRecord, ComponentRecord, Installed, LifeBeginning, SetAsideUploads, TailInShort, Unit};
 
 use crate::{CODE_VERSION, present::Present, refusal::Refusal, state::State};
 
@@ -43,7 +43,7 @@ pub fn rul_by(
         as_of: prognosis.map(|prognosis| prognosis.as_of.clone()),
         status: present.status(installed),
         found_failed_fh: installed.found_failed_fh,
-        missing: missing(installed),
+        missing: forecast.is_none().then(|| missing(&installed.in_short())).flatten(),
         rul_fh: distribution.map(RulQuantiles::from),
         censored_fraction: distribution.map(RulDistribution::censored_fraction),
         horizon_fh: distribution.map(RulDistribution::horizon_fh),
@@ -80,17 +80,17 @@ pub fn rul_by(
 }
 
 /// The lack that keeps a component from having a forecast; `None` when there is one.
-pub fn missing(installed: &Installed) -> Option<String> {
-    if installed.is_damaged {
+pub fn missing(unit: &Unit) -> Option<String> {
+    if unit.is_damaged {
         return Some("what is stored of this component is damaged: nothing of it is told; see the log".to_owned());
     }
-    let missing = match &installed.prognosis {
-        None if installed.set_aside.count > 0 => "no upload of this component counts",
+    let missing = match &unit.prognosis {
+        None if unit.set_aside.count > 0 => "no upload of this component counts",
         None => "no upload of this component has been judged yet",
-        Some(prognosis) => &prognosis.forecast.as_ref().err()?.missing,
+        Some(prognosis) => &prognosis.outlook.as_ref().err()?.missing,
     };
-    let missing = missing.to_owned() + &set_aside(installed) + &before_overhaul(installed);
-    Some(match &installed.began {
+    let missing = missing.to_owned() + &set_aside(unit) + &before_overhaul(unit);
+    Some(match &unit.began {
         None => missing,
         Some(overhaul) => {
             let LifeBeginning { flight_hours, occurred_at, .. } = overhaul;
@@ -100,8 +100,8 @@ pub fn missing(installed: &Installed) -> Option<String> {
 }
 
 /// Tells that uploads were judged and are set aside, and why.
-fn set_aside(installed: &Installed) -> String {
-    let SetAsideUploads { count, reason, newest } = &installed.set_aside;
+fn set_aside(unit: &Unit) -> String {
+    let SetAsideUploads { count, reason, newest } = &unit.set_aside;
     let Some(reason) = reason else { return String::new() };
     let uploads = if *count == 1 { "1 upload is".to_owned() } else { format!("{count} uploads are") };
     let newest = newest.as_ref().map(|one| format!(". The newest, {}: {}", one.upload_id, one.detail));
@@ -109,8 +109,8 @@ fn set_aside(installed: &Installed) -> String {
 }
 
 /// Tells that uploads since the overhaul claim to be from before it.
-fn before_overhaul(installed: &Installed) -> String {
-    match installed.before_overhaul {
+fn before_overhaul(unit: &Unit) -> String {
+    match unit.before_overhaul {
         0 => String::new(),
         count => format!(
             "; {count} recorded since have fewer hours and count before it: hours since new go on after an overhaul"

@@ -7,12 +7,12 @@
 use std::cmp::Ordering;
 
 use domain::{
-    ADVISORY, ContentHash, DoubtKind, OperatorId, Position, RulDistribution, Status, TailNumber, prognosis::Forecast,
-    rul::HORIZON_FH,
+    ADVISORY, ContentHash, DoubtKind, OperatorId, PartNumber, Position, RulDistribution, SerialNumber, Status,
+    TailNumber, rul::HORIZON_FH,
 };
 use proto::answer::{DueAnswer, DueItem, DueTotals, LatestSafe};
 use serde::Deserializer;
-use store::{Installed, MayBeDue};
+use store::{ListedUnit, MayBeDue, Unit};
 
 use crate::{answer, present::Present, query, refusal::Refusal, state::State};
 
@@ -129,19 +129,19 @@ impl DueList {
         threshold: Threshold,
     ) -> Result<Self, Refusal> {
         let Threshold { within_fh, risk } = threshold;
-        let MayBeDue { installed, components, oldest_fresh } =
+        let MayBeDue { units, components, oldest_fresh } =
             state.store.may_be_due(operator, within_fh, risk, present.stale_before()).await?;
         // Those that were left out come in when they grow stale.
         oldest_fresh.inspect(|time| present.notes_age_of(*time));
         let totals = DueTotals { components, ..DueTotals::default() };
         let mut list = Self { threshold, totals, entries: Vec::new() };
-        installed.iter().for_each(|installed| list.add(present, installed));
+        units.iter().for_each(|listed| list.add(present, listed));
         list.entries.sort_by(|a, b| a.0.order(&b.0));
         Ok(list)
     }
 
-    fn add(&mut self, present: &Present, installed: &Installed) {
-        let Some((part, item)) = judged(present, installed, self.threshold) else { return };
+    fn add(&mut self, present: &Present, listed: &ListedUnit) {
+        let Some((part, item)) = judged(present, listed, self.threshold) else { return };
         match part {
             Part::Failed | Part::Due => self.totals.due += 1,
             Part::Unknown => self.totals.unknown += 1,
@@ -151,9 +151,9 @@ impl DueList {
             // A component that was found failed may have no forecast.
             p: item.p.unwrap_or(if part == Part::Failed { 1.0 } else { 0.0 }),
             remaining_fh: item.latest_safe.as_ref().map_or(0.0, |safe| safe.remaining_fh),
-            unit: unit(installed),
-            tail: installed.tail.clone(),
-            position: installed.position.clone(),
+            unit: unit(listed.unit.place_known, &listed.unit.part_number, &listed.unit.serial_number),
+            tail: listed.unit.tail.clone(),
+            position: listed.unit.position.clone(),
         };
         self.entries.push((place, item));
     }
@@ -185,53 +185,53 @@ impl DueList {
 }
 
 /// The number that tells a component without a place apart from others that were last where it was.
-pub fn unit(installed: &Installed) -> u64 {
-    let hash = ContentHash::of_json(&(&installed.part_number, &installed.serial_number));
+pub fn unit(place_known: bool, part_number: &PartNumber, serial_number: &SerialNumber) -> u64 {
+    let hash = ContentHash::of_json(&(part_number, serial_number));
     let first = hash.bytes().first_chunk().copied().map_or(1, u64::from_be_bytes);
-    if installed.place_known { 0 } else { first.max(1) }
+    if place_known { 0 } else { first.max(1) }
 }
 
 /// A component that belongs on the list, and where; `None` for one that is known not to be due.
-fn judged(present: &Present, installed: &Installed, threshold: Threshold) -> Option<(Part, DueItem)> {
-    let status = present.status(installed);
-    let forecast = installed.prognosis.as_ref().and_then(|prognosis| prognosis.forecast.as_ref().ok());
-    let p = forecast.and_then(|forecast| forecast.rul.probability_within(threshold.within_fh));
-    let reason = why_unknown(present, installed, status, threshold);
-    let reason = if installed.place_known { reason } else { Some(without_place(installed, reason)) };
+fn judged(present: &Present, listed: &ListedUnit, threshold: Threshold) -> Option<(Part, DueItem)> {
+    let ListedUnit { unit, rul, .. } = listed;
+    let status = present.status_of_unit(unit);
+    let p = rul.as_ref().and_then(|rul| rul.probability_within(threshold.within_fh));
+    let reason = why_unknown(present, unit, status, threshold);
+    let reason = if unit.place_known { reason } else { Some(without_place(unit, reason)) };
     let part = match (status, p) {
         (Status::Failed, _) => Part::Failed,
         (_, Some((p, _))) if p > threshold.risk => Part::Due,
         _ if reason.is_some() => Part::Unknown,
         _ => return None,
     };
-    let told = p.filter(|_| part != Part::Unknown && installed.found_failed_fh.is_none());
-    let safe = forecast.filter(|_| part == Part::Due).and_then(|f| latest_safe(installed, &f.rul, threshold));
-    let item = item(installed, status, forecast);
+    let told = p.filter(|_| part != Part::Unknown && unit.found_failed_fh.is_none());
+    let safe = rul.as_ref().filter(|_| part == Part::Due).and_then(|rul| latest_safe(listed, rul, threshold));
     let (p, standard_error) = told.unzip();
-    Some((part, DueItem { p, standard_error, latest_safe: safe, reason, ..item }))
+    Some((part, DueItem { p, standard_error, latest_safe: safe, reason, ..item(unit, status) }))
 }
 
 /// A component without what depends on the threshold.
-fn item(installed: &Installed, status: Status, forecast: Option<&Forecast>) -> DueItem {
+fn item(unit: &Unit, status: Status) -> DueItem {
+    let outlook = unit.prognosis.as_ref().and_then(|prognosis| prognosis.outlook.as_ref().ok());
     DueItem {
-        tail: installed.place_known.then(|| installed.tail.to_string()),
-        position: installed.place_known.then(|| installed.position.to_string()),
-        part_number: installed.part_number.to_string(),
-        serial_number: installed.serial_number.to_string(),
-        life: installed.overhaul_index,
+        tail: unit.place_known.then(|| unit.tail.to_string()),
+        position: unit.place_known.then(|| unit.position.to_string()),
+        part_number: unit.part_number.to_string(),
+        serial_number: unit.serial_number.to_string(),
+        life: unit.overhaul_index,
         status,
-        dominant_fault: forecast.map(|forecast| forecast.dominant_fault.clone()),
+        dominant_fault: outlook.map(|outlook| outlook.dominant_fault.clone()),
         p: None,
         standard_error: None,
         latest_safe: None,
-        as_of: installed.prognosis.as_ref().map(|prognosis| prognosis.as_of.clone()),
-        doubts: forecast.map(|forecast| forecast.doubts.clone()),
+        as_of: unit.prognosis.as_ref().map(|prognosis| prognosis.as_of.clone()),
+        doubts: outlook.map(|outlook| outlook.doubts.clone()),
         reason: None,
     }
 }
 
 /// Tells that the place of a component is unknown, before what else there is to say.
-fn without_place(Installed { tail, position, .. }: &Installed, reason: Option<String>) -> String {
+fn without_place(Unit { tail, position, .. }: &Unit, reason: Option<String>) -> String {
     let words = format!(
         "place unknown: another component took its place at {position} of {tail}, and nobody removed it: report where it is, \
          or its removal"
@@ -240,21 +240,21 @@ fn without_place(Installed { tail, position, .. }: &Installed, reason: Option<St
 }
 
 /// Tells why the state of a component is unknown, or how its failure is known; `None` when its forecast says it.
-fn why_unknown(present: &Present, installed: &Installed, status: Status, threshold: Threshold) -> Option<String> {
-    let prognosis = installed.prognosis.as_ref();
+fn why_unknown(present: &Present, unit: &Unit, status: Status, threshold: Threshold) -> Option<String> {
+    let prognosis = unit.prognosis.as_ref();
     match status {
-        Status::Failed => installed.found_failed_fh.map(|hours| format!("found failed at {hours} fh")),
-        Status::InsufficientHistory => answer::missing(installed),
+        Status::Failed => unit.found_failed_fh.map(|hours| format!("found failed at {hours} fh")),
+        Status::InsufficientHistory => answer::missing(unit),
         Status::Stale => prognosis.map(|prognosis| {
             format!("the newest data is {} days old", present.days_since(prognosis.as_of.recorded_at))
         }),
         Status::Inconsistent => prognosis.map(|prognosis| {
-            let doubts = prognosis.forecast.iter().flat_map(|forecast| &forecast.doubts);
+            let doubts = prognosis.outlook.iter().flat_map(|outlook| &outlook.doubts);
             let against = doubts.filter(|doubt| doubt.kind != DoubtKind::OutsideTraining);
             against.map(|doubt| doubt.detail.as_str()).collect::<Vec<_>>().join("; ")
         }),
         Status::Ok | Status::BeyondHorizon => {
-            let horizon_fh = prognosis?.forecast.as_ref().ok()?.rul.horizon_fh();
+            let horizon_fh = prognosis?.outlook.as_ref().ok()?.horizon_fh;
             (threshold.within_fh > horizon_fh).then(|| format!("its forecast ends at {horizon_fh} fh"))
         }
     }
@@ -263,10 +263,10 @@ fn why_unknown(present: &Present, installed: &Installed, status: Status, thresho
 /// The latest safe hours of a component that is due. A quantile lies between two draws, the latter of which may be
 /// beyond the hours
 /// that were asked about or the horizon; but within those hours the risk is exceeded.
-fn latest_safe(installed: &Installed, rul: &RulDistribution, threshold: Threshold) -> Option<LatestSafe> {
-    let as_of = &installed.prognosis.as_ref()?.as_of;
+fn latest_safe(listed: &ListedUnit, rul: &RulDistribution, threshold: Threshold) -> Option<LatestSafe> {
+    let as_of = &listed.unit.prognosis.as_ref()?.as_of;
     let remaining_fh = rul.quantile_fh(threshold.risk).map_or(threshold.within_fh, |fh| fh.min(threshold.within_fh));
-    let schedule = answer::schedule(installed, as_of);
+    let schedule = listed.plan.schedule(as_of.recorded_at, listed.utilisation_fh_per_day);
     let date = answer::date_after(&schedule, remaining_fh);
     Some(LatestSafe {
         remaining_fh,

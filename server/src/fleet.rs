@@ -3,11 +3,11 @@
 //! The order changes with the clock and with every upload. A cursor names a rank in it, so that a page begins where the one
 //! before ended even if the unit there has moved on.
 
-use std::cmp::Ordering;
+use std::{cmp::Ordering, collections::BTreeMap};
 
 use domain::{OperatorId, PartNumber, Position, Status, TailNumber};
 use proto::answer::{Page, RulAnswer};
-use store::Installed;
+use store::{ListedUnit, Unit, UnitsAsked};
 
 use crate::{
     answer,
@@ -15,7 +15,6 @@ use crate::{
     present::Present,
     refusal::Refusal,
     state::State,
-    units,
 };
 
 /// The units that are asked for; what is `None` does not matter.
@@ -32,13 +31,9 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Tells whether a unit is asked for. One that has no place is on no tail and at no position.
-    fn includes(&self, present: &Present, installed: &Installed) -> bool {
-        let is_there = |wanted: bool| installed.place_known && wanted;
-        self.tail.as_ref().is_none_or(|tail| is_there(*tail == installed.tail))
-            && self.position.as_ref().is_none_or(|position| is_there(*position == installed.position))
-            && self.part_number.as_ref().is_none_or(|part_number| *part_number == installed.part_number)
-            && (self.statuses.is_empty() || self.statuses.contains(&present.status(installed)))
+    /// Tells whether a unit has a status that is asked for.
+    fn includes(&self, present: &Present, unit: &Unit) -> bool {
+        self.statuses.is_empty() || self.statuses.contains(&present.status_of_unit(unit))
     }
 }
 
@@ -88,14 +83,15 @@ pub struct Rank {
 }
 
 impl Rank {
-    fn of(present: &Present, installed: &Installed, order: Order, within_fh: f64) -> Self {
+    fn of(present: &Present, listed: &ListedUnit, order: Order, within_fh: f64) -> Self {
+        let one = &listed.unit;
         let (part, figure) = match order {
-            Order::Place => (u8::from(!installed.place_known), 0.0),
-            Order::Risk => by_risk(present, installed, within_fh),
-            Order::Date => by_date(present, installed),
+            Order::Place => (u8::from(!one.place_known), 0.0),
+            Order::Risk => by_risk(present, listed, within_fh),
+            Order::Date => by_date(present, listed),
         };
-        let (tail, position) = (installed.tail.clone(), installed.position.clone());
-        Self { order, part, figure, tail, position, unit: unit(installed) }
+        let unit = unit(one.place_known, &one.part_number, &one.serial_number);
+        Self { order, part, figure, tail: one.tail.clone(), position: one.position.clone(), unit }
     }
 
     fn compare(&self, other: &Self) -> Ordering {
@@ -128,24 +124,24 @@ const KNOWN: u8 = 1;
 const UNKNOWN: u8 = 2;
 
 /// As on the due list: what is uncertain is among what is known where its last numbers exceed the risk.
-fn by_risk(present: &Present, installed: &Installed, within_fh: f64) -> (u8, f64) {
-    let forecast = installed.prognosis.as_ref().and_then(|prognosis| prognosis.forecast.as_ref().ok());
-    let p = forecast.and_then(|forecast| forecast.rul.probability_within(within_fh)).map(|(p, _)| p);
-    match (present.status(installed), p) {
+fn by_risk(present: &Present, ListedUnit { unit, rul, .. }: &ListedUnit, within_fh: f64) -> (u8, f64) {
+    let p = rul.as_ref().and_then(|rul| rul.probability_within(within_fh)).map(|(p, _)| p);
+    match (present.status_of_unit(unit), p) {
         (Status::Failed, p) => (FAILED, -p.unwrap_or(1.0)),
         (_, Some(p)) if p > RISK => (KNOWN, -p),
-        (Status::Ok | Status::BeyondHorizon, Some(p)) if installed.place_known => (KNOWN, -p),
+        (Status::Ok | Status::BeyondHorizon, Some(p)) if unit.place_known => (KNOWN, -p),
         _ => (UNKNOWN, 0.0),
     }
 }
 
-fn by_date(present: &Present, installed: &Installed) -> (u8, f64) {
+fn by_date(present: &Present, listed: &ListedUnit) -> (u8, f64) {
     let forecast = || {
-        let prognosis = installed.prognosis.as_ref()?;
-        let p10_fh = prognosis.forecast.as_ref().ok()?.rul.quantile_fh(0.1)?;
-        answer::time_after(&answer::schedule(installed, &prognosis.as_of), p10_fh)
+        let prognosis = listed.unit.prognosis.as_ref()?;
+        let p10_fh = prognosis.outlook.as_ref().ok()?.quantile_fh(0.1)?;
+        let schedule = listed.plan.schedule(prognosis.as_of.recorded_at, listed.utilisation_fh_per_day);
+        answer::time_after(&schedule, p10_fh)
     };
-    match (present.status(installed), forecast()) {
+    match (present.status_of_unit(&listed.unit), forecast()) {
         (Status::Failed, _) => (FAILED, 0.0),
         (_, Some(time)) => (KNOWN, time.micros() as f64),
         (_, None) => (UNKNOWN, 0.0),
@@ -179,44 +175,52 @@ impl FleetQuestion {
         }
     }
 
-    fn rank(&self, present: &Present, installed: &Installed) -> Option<Rank> {
-        let asked_for = self.choice.includes(present, installed);
-        let rank = || Rank::of(present, installed, self.order, self.within_fh.unwrap_or(WITHIN_FH));
+    /// What is read for it. By place and whatever the status, no more than the page is read.
+    fn units(&self) -> UnitsAsked<'_> {
+        let Choice { statuses, tail, position, part_number } = &self.choice;
+        let by_place = self.order == Order::Place;
+        let placed = self.after.as_ref().filter(|after| by_place && after.part == 0);
+        let is_page = by_place && statuses.is_empty() && self.after.is_none() == placed.is_none();
+        UnitsAsked {
+            tail: tail.as_ref(),
+            position: position.as_ref(),
+            part_number: part_number.as_ref(),
+            after: placed.map(|after| (&after.tail, &after.position)),
+            with_draws: self.order == Order::Risk,
+            limit: is_page.then_some(self.limit + 1),
+        }
+    }
+
+    fn rank(&self, present: &Present, listed: &ListedUnit) -> Option<Rank> {
+        let asked_for = self.choice.includes(present, &listed.unit);
+        let rank = || Rank::of(present, listed, self.order, self.within_fh.unwrap_or(WITHIN_FH));
         let is_behind = |rank: &Rank| self.after.as_ref().is_none_or(|after| rank.compare(after).is_gt());
         asked_for.then(rank).filter(is_behind)
     }
 }
 
-/// One page of the remaining lives of an operator's units.
+/// One page of the remaining lives of an operator's units: put in order in short, and then told at length.
 pub async fn page(
     state: &State,
     present: &Present,
     operator: &OperatorId,
     asked: &FleetQuestion,
 ) -> Result<Page<RulAnswer>, Refusal> {
-    let mut units = first(state, present, operator, asked).await?;
+    let listed = state.store.units(operator, asked.units()).await?;
+    let ranked = listed.into_iter().filter_map(|one| Some((asked.rank(present, &one)?, one.unit)));
+    let mut units: Vec<(Rank, Unit)> = ranked.collect();
+    units.sort_by(|(a, _), (b, _)| a.compare(b));
     let next_cursor = answer::next_cursor(&mut units, asked.limit, |(rank, _)| rank.to_cursor());
+    let names: Vec<_> = units.into_iter().map(|(_, unit)| (unit.part_number, unit.serial_number)).collect();
+    let mut told = BTreeMap::new();
+    for one in state.store.installed_units(operator, &names).await? {
+        told.insert((one.part_number.clone(), one.serial_number.clone()), one);
+    }
     let within_fh = asked.within_fh.as_slice();
     let within_fh = Some(within_fh).filter(|hours| !hours.is_empty());
-    let items = units.iter().map(|(_, installed)| answer::rul(present, installed, within_fh)).collect();
-    Ok(Page { items, next_cursor })
-}
-
-/// The units of a page and one more, if there is one, in their order. All are looked at, and only so many are held.
-async fn first(
-    state: &State,
-    present: &Present,
-    operator: &OperatorId,
-    asked: &FleetQuestion,
-) -> Result<Vec<(Rank, Installed)>, Refusal> {
-    let mut first: Vec<(Rank, Installed)> = Vec::new();
-    let take = |some: Vec<Installed>| {
-        first.extend(some.into_iter().filter_map(|one| Some((asked.rank(present, &one)?, one))));
-        first.sort_by(|(a, _), (b, _)| a.compare(b));
-        first.truncate(asked.limit as usize + 1);
-    };
-    units::read(&state.store, operator, take).await?;
-    Ok(first)
+    // One that lost its place meanwhile is told no longer.
+    let items = names.iter().filter_map(|name| Some(answer::rul(present, told.get(name)?, within_fh)));
+    Ok(Page { items: items.collect(), next_cursor })
 }
 
 #[cfg(test)]

@@ -6,14 +6,12 @@ use std::{
     time::Duration,
 };
 
-use domain::{OperatorId, Status, Timestamp};
+use domain::{Status, Timestamp};
 use metrics::gauge;
-use store::{Installed, Store, StoreError};
+use store::{Store, StoreError, UnitsAsked};
 
 use crate::present::Present;
 
-/// Tails that are read from the store at once.
-const TAILS_AT_ONCE: u32 = 200;
 /// The time for which a count is good, microseconds.
 const GOOD_US: i64 = 60_000_000;
 
@@ -62,25 +60,10 @@ impl Units {
         let present = Present::at(now, self.stale_after);
         let mut counts = [0; Status::ALL.len()];
         for operator in store.operators().await? {
-            let all = store.worst_units(&operator, present.stale_before(), 0.0, u32::MAX).await?;
-            all.units.iter().for_each(|listed| counts[present.status_of_unit(&listed.unit) as usize] += 1);
+            for listed in store.units(&operator, UnitsAsked::default()).await? {
+                counts[present.status_of_unit(&listed.unit) as usize] += 1;
+            }
         }
         Ok(counts)
     }
-}
-
-/// Reads all units of an operator, some at a time.
-pub async fn read(store: &Store, operator: &OperatorId, mut see: impl FnMut(Vec<Installed>)) -> Result<(), StoreError> {
-    let mut after = None;
-    loop {
-        let tails = store.installed_fleet(operator, after.as_ref(), TAILS_AT_ONCE).await?;
-        let is_last = tails.len() < TAILS_AT_ONCE as usize;
-        after = tails.last().map(|tail| tail.tail.clone());
-        see(tails.into_iter().flat_map(|tail| tail.installed).collect());
-        if is_last {
-            break;
-        }
-    }
-    see(store.displaced(operator).await?);
-    Ok(())
 }

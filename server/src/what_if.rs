@@ -49,7 +49,7 @@ fn forecast_of(installed: &Installed) -> Result<(&AsOf, Option<&Pace>), Refusal>
     let forecast = prognosis.and_then(|prognosis| Some((&prognosis.as_of, prognosis.forecast.as_ref().ok()?)));
     let missing = || {
         let Installed { tail, position, .. } = installed;
-        let missing = answer::missing(installed).unwrap_or_default();
+        let missing = answer::missing(&installed.in_short()).unwrap_or_default();
         Refusal::Contradiction(format!("there is no forecast for position {position} of tail {tail} yet: {missing}"))
     };
     forecast.map(|(as_of, forecast)| (as_of, forecast.pace.as_ref())).ok_or_else(missing)

@@ -2,8 +2,8 @@
 //! by themselves.
 
 use domain::{
-    AsOf, DoubtKind, PartNumber, Plan, Position, Prognosis, QUANTILE_LEVELS, SerialNumber, Status, TailNumber,
-    Timestamp,
+    AsOf, Doubt, PartNumber, Plan, Position, Prognosis, QUANTILE_LEVELS, RulDistribution, SerialNumber, Status,
+    TailNumber, Timestamp, prognosis::InsufficientHistory,
 };
 use serde::{Deserialize, Serialize};
 
@@ -47,8 +47,8 @@ pub struct Brief {
     pub as_of: AsOf,
     /// Its status while the data are not stale.
     pub standing: Status,
-    /// What is known of the remaining life; `None` without a forecast.
-    pub outlook: Option<Outlook>,
+    /// What is known of the remaining life, or what is missing for a forecast.
+    pub outlook: Result<Outlook, InsufficientHistory>,
 }
 
 /// A forecast in short.
@@ -65,25 +65,39 @@ pub struct Outlook {
     /// The pace of its present mission, where it is known.
     pub pace: Option<f64>,
     /// What speaks against it.
-    pub doubts: Vec<DoubtKind>,
+    pub doubts: Vec<Doubt>,
+}
+
+impl Outlook {
+    /// The quantile at one of the levels that are told; `None` when it is censored, or of another level.
+    pub fn quantile_fh(&self, level: f64) -> Option<f64> {
+        let told = QUANTILE_LEVELS.iter().position(|one| *one == level)?;
+        self.quantiles_fh[told]
+    }
 }
 
 impl Brief {
     /// A prognosis in short.
     pub fn new(prognosis: &Prognosis) -> Self {
-        let outlook = prognosis.forecast.as_ref().ok().map(|forecast| Outlook {
+        let outlook = prognosis.forecast.as_ref().map_err(Clone::clone).map(|forecast| Outlook {
             quantiles_fh: forecast.rul.quantiles_fh(),
             first_end_fh: forecast.rul.ends_fh().next(),
             horizon_fh: forecast.rul.horizon_fh(),
             dominant_fault: forecast.dominant_fault.clone(),
             pace: forecast.pace.as_ref().map(|pace| pace.now),
-            doubts: forecast.doubts.iter().map(|doubt| doubt.kind).collect(),
+            doubts: forecast.doubts.clone(),
         });
         Self { as_of: prognosis.as_of.clone(), standing: prognosis.standing(), outlook }
     }
 }
 
 impl Unit {
+    /// Forgets what cannot be told any longer, because something of it is damaged.
+    pub(crate) fn damage(&mut self) {
+        (self.began, self.prognosis, self.found_failed_fh, self.is_damaged) = (None, None, None, true);
+        (self.set_aside, self.before_overhaul) = (SetAsideUploads::default(), 0);
+    }
+
     /// The first status that applies while the data are not stale.
     pub fn standing(&self) -> Status {
         match &self.prognosis {
@@ -94,15 +108,55 @@ impl Unit {
     }
 }
 
+impl Installed {
+    /// It in short.
+    pub fn in_short(&self) -> Unit {
+        Unit {
+            tail: self.tail.clone(),
+            position: self.position.clone(),
+            place_known: self.place_known,
+            part_number: self.part_number.clone(),
+            serial_number: self.serial_number.clone(),
+            overhaul_index: self.overhaul_index,
+            began: self.began.clone(),
+            since: self.since,
+            prognosis: self.prognosis.as_ref().map(Brief::new),
+            found_failed_fh: self.found_failed_fh,
+            is_damaged: self.is_damaged,
+            set_aside: self.set_aside.clone(),
+            before_overhaul: self.before_overhaul,
+        }
+    }
+}
+
 /// A component in short, with how its tail flies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ListedUnit {
     /// The component.
     pub unit: Unit,
-    /// Flight hours per day of the tail (see [`Installed::utilisation_fh_per_day`]).
+    /// Flight hours per day of the tail (see [`crate::Installed::utilisation_fh_per_day`]).
     pub utilisation_fh_per_day: Option<f64>,
     /// The plan of the tail; empty where none is in force.
     pub plan: Plan,
+    /// Its remaining life, where it was asked for and has a forecast.
+    pub rul: Option<RulDistribution>,
+}
+
+/// The components that are asked for; what is `None` does not matter.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct UnitsAsked<'a> {
+    /// On this tail.
+    pub tail: Option<&'a TailNumber>,
+    /// At this position.
+    pub position: Option<&'a Position>,
+    /// Of this part number.
+    pub part_number: Option<&'a PartNumber>,
+    /// Behind this place, or without one.
+    pub after: Option<(&'a TailNumber, &'a Position)>,
+    /// Whether the draws of their forecasts are asked for, too.
+    pub with_draws: bool,
+    /// Most components.
+    pub limit: Option<u32>,
 }
 
 /// The components of an operator that need attention most, the worst first.
@@ -121,8 +175,8 @@ pub struct WorstUnits {
 /// The components of an operator that may be due: all that are, and some that are not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MayBeDue {
-    /// The components, by tail and position.
-    pub installed: Vec<Installed>,
+    /// The components, by tail and position, each with its remaining life.
+    pub units: Vec<ListedUnit>,
     /// The number of all components that have a place, or lost it.
     pub components: u64,
     /// The oldest newest data of all components that are not older than was asked: when these are, more may be due.

@@ -59,13 +59,13 @@ pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Res
 }
 
 impl Row {
-    fn new(present: &Present, ListedUnit { unit, utilisation_fh_per_day, plan }: ListedUnit) -> Self {
+    fn new(present: &Present, ListedUnit { unit, utilisation_fh_per_day, plan, .. }: ListedUnit) -> Self {
         let status = present.status_of_unit(&unit);
         let Unit { tail, position, place_known, part_number, serial_number, prognosis, .. } = unit;
         let (as_of, outlook) = prognosis.map(|prognosis| (prognosis.as_of, prognosis.outlook)).unzip();
-        let outlook: Option<Outlook> = outlook.flatten();
-        let quantile = |index: usize| outlook.as_ref().and_then(|outlook| outlook.quantiles_fh[index]);
-        let (p10, p50, p90) = (quantile(1), quantile(3), quantile(5));
+        let outlook: Option<Outlook> = outlook.and_then(Result::ok);
+        let quantile = |level: f64| outlook.as_ref().and_then(|outlook| outlook.quantile_fh(level));
+        let (p10, p50, p90) = (quantile(0.1), quantile(0.5), quantile(0.9));
         let horizon_fh = outlook.as_ref().map(|outlook| outlook.horizon_fh);
         let schedule = as_of.as_ref().map(|as_of| plan.schedule(as_of.recorded_at, utilisation_fh_per_day));
         let end = schedule.filter(|_| outlook.is_some()).and_then(|schedule| answer::dates([p10, p50, p90], &schedule));
@@ -75,7 +75,7 @@ impl Row {
             format!("{} \u{2013} {}{by}", date(&end.date_p10), date(&end.date_p50))
         });
         let pace = outlook.as_ref().and_then(|outlook| outlook.pace);
-        let doubts = outlook.iter().flat_map(|outlook| &outlook.doubts).copied();
+        let doubts = outlook.iter().flat_map(|outlook| &outlook.doubts).map(|doubt| doubt.kind);
         Self {
             badge: Badge::of_quantile(status, p10, doubts),
             p10: hours(horizon_fh, p10),

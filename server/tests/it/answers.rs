@@ -9,7 +9,7 @@ use crate::house::{House, doubtful, explanation, forecast};
 
 const RUL: &str = "/v1/tails/EC-MXA/positions/AIL-L/rul";
 const HEALTH: &str = "/v1/tails/EC-MXA/positions/AIL-L/health";
-const FIELDS: [&str; 33] = [
+const FIELDS: [&str; 34] = [
     "tail",
     "position",
     "part_number",
@@ -25,6 +25,7 @@ const FIELDS: [&str; 33] = [
     "probability_of_failure",
     "end_of_life",
     "fault_vector",
+    "displaced",
     "dominant_fault",
     "estimator",
     "explanation",

@@ -1,13 +1,14 @@
 //! Answers: uploads, events, components, places and histories.
 
 use domain::{
-    Component, Estimate, EventId, OperatorId, Position, State, TailNumber, Timestamp, UploadId, UploadStateKind,
+    Component, Estimate, EventId, OperatorId, PartNumber, Position, SerialNumber, State, TailNumber, Timestamp,
+    UploadId, UploadStateKind,
 };
 
 use super::{Backend, Store, backend};
 use crate::{
-    ComponentRecord, EventRecord, HistoryOf, Installation, Installed, InstalledTail, IssuedLife, LifeCursor, MayBeDue,
-    Scope, StoreError, TailInShort, UploadRecord, Version, WorstUnits,
+    ComponentRecord, EventRecord, HistoryOf, Installation, Installed, InstalledTail, IssuedLife, LifeCursor,
+    ListedUnit, MayBeDue, Scope, StoreError, TailInShort, UnitsAsked, UploadRecord, Version, WorstUnits,
 };
 
 impl Store {
@@ -135,6 +136,21 @@ impl Store {
         stale_before: Timestamp,
     ) -> Result<MayBeDue, StoreError> {
         backend!(self, may_be_due(operator, within_fh, risk, stale_before))
+    }
+
+    /// The components of an operator that are asked for, in short: by tail and position, and behind them those without a
+    /// place.
+    pub async fn units(&self, operator: &OperatorId, asked: UnitsAsked<'_>) -> Result<Vec<ListedUnit>, StoreError> {
+        backend!(self, units(operator, asked))
+    }
+
+    /// Those of some components that have a place or lost it, in no order.
+    pub async fn installed_units(
+        &self,
+        operator: &OperatorId,
+        components: &[(PartNumber, SerialNumber)],
+    ) -> Result<Vec<Installed>, StoreError> {
+        backend!(self, installed_units(operator, components))
     }
 
     /// The components of an operator, the worst first: failed ones, those whose 10 % quantile of remaining life is shorter

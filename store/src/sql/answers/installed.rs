@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use domain::{OperatorId, Plan, Position, Prognosis, TailNumber, Timestamp};
+use domain::{OperatorId, PartNumber, Plan, Position, Prognosis, RulDistribution, SerialNumber, TailNumber, Timestamp};
 
 use super::super::{
     Connection, Engine,
     board::{
         self,
+        curves::CurveRow,
         units::{UnitRow, unit_columns},
     },
     ground::{
@@ -17,9 +18,7 @@ use super::super::{
     places::{plans, tails},
     results::prognoses::PrognosisRow,
 };
-use crate::{
-    Installed, InstalledTail, ListedUnit, MayBeDue, SetAsideUploads, StoreError, TailInShort, Unit, WorstUnits,
-};
+use crate::{Installed, InstalledTail, ListedUnit, MayBeDue, StoreError, TailInShort, Unit, UnitsAsked, WorstUnits};
 
 /// Behind every tail.
 const LAST: &str = "\u{10ffff}";
@@ -42,6 +41,49 @@ macro_rules! installed {
              where u.operator = $1 and ",
             $($condition,)+
             " order by u.tail, u.position, u.part_number, u.serial_number"
+        )
+    };
+}
+
+/// Selects components in short with the draws of their forecasts.
+macro_rules! drawn {
+    () => {
+        concat!(
+            "select ",
+            unit_columns!(),
+            ", c.draws, c.horizon_fh as curve_horizon_fh, c.ends, c.checksum as curve_checksum
+             from board_units u
+             left join board_curves c on c.operator = u.operator and c.part_number = u.part_number
+                  and c.serial_number = u.serial_number "
+        )
+    };
+}
+
+/// Selects components in short without their draws.
+macro_rules! undrawn {
+    () => {
+        concat!(
+            "select ",
+            unit_columns!(),
+            ", cast(null as bigint) as draws, cast(null as double precision) as curve_horizon_fh,
+               cast(null as text) as ends, u.checksum as curve_checksum
+             from board_units u "
+        )
+    };
+}
+
+/// Components that are asked for, by place; behind them those without one.
+macro_rules! units {
+    ($select:expr) => {
+        concat!(
+            $select,
+            "where u.operator = $1
+               and ($2 is null or (u.tail = $2 and u.place_known = 1))
+               and ($3 is null or (u.position = $3 and u.place_known = 1))
+               and ($4 is null or u.part_number = $4)
+               and ($5 is null or u.place_known = 0 or (u.tail, u.position) > ($5, $6))
+             order by u.place_known desc, u.tail, u.position, u.part_number, u.serial_number
+             limit $7"
         )
     };
 }
@@ -113,6 +155,44 @@ impl Engine {
         Ok(fleet.into_values().collect())
     }
 
+    pub(crate) async fn units(
+        &self,
+        operator: &OperatorId,
+        asked: UnitsAsked<'_>,
+    ) -> Result<Vec<ListedUnit>, StoreError> {
+        let mut transaction = self.read(operator).await?;
+        let sql = if asked.with_draws { units!(drawn!()) } else { units!(undrawn!()) };
+        let (after_tail, after_position) = asked.after.unzip();
+        let query = sqlx::query_as(sql)
+            .bind(operator.as_str())
+            .bind(asked.tail.map(TailNumber::as_str))
+            .bind(asked.position.map(Position::as_str))
+            .bind(asked.part_number.map(PartNumber::as_str))
+            .bind(after_tail.map(TailNumber::as_str))
+            .bind(after_position.map(Position::as_str))
+            .bind(asked.limit.map_or(i64::MAX, i64::from));
+        let rows: Vec<CurvedRow> = query.fetch_all(&mut *transaction).await?;
+        let flown = flown(&mut transaction, operator, "", LAST).await?;
+        rows.into_iter().map(|row| row.listed(&flown, asked.with_draws)).collect()
+    }
+
+    /// The components that have a place or lost it, of those that are named; in no order.
+    pub(crate) async fn installed_units(
+        &self,
+        operator: &OperatorId,
+        components: &[(PartNumber, SerialNumber)],
+    ) -> Result<Vec<Installed>, StoreError> {
+        let mut transaction = self.read(operator).await?;
+        let mut rows: Vec<InstalledRow> = Vec::with_capacity(components.len());
+        for (part_number, serial_number) in components {
+            let query = sqlx::query_as(installed!("u.part_number = $2 and u.serial_number = $3"));
+            let query = query.bind(operator.as_str()).bind(part_number.as_str()).bind(serial_number.as_str());
+            rows.extend(query.fetch_optional(&mut *transaction).await?);
+        }
+        let flown = flown(&mut transaction, operator, "", LAST).await?;
+        rows.into_iter().map(|row| row.installed(&flown)).collect()
+    }
+
     pub(crate) async fn may_be_due(
         &self,
         operator: &OperatorId,
@@ -130,11 +210,11 @@ impl Engine {
         .await?;
         let query = sqlx::query_as(possibly_due(risk)).bind(operator.as_str());
         let query = query.bind(stale_before.micros()).bind(within_fh);
-        let rows: Vec<InstalledRow> = query.fetch_all(&mut *transaction).await?;
+        let rows: Vec<CurvedRow> = query.fetch_all(&mut *transaction).await?;
         let flown = flown(&mut transaction, operator, "", LAST).await?;
-        let installed = rows.into_iter().map(|row| row.installed(&flown)).collect::<Result<_, _>>()?;
+        let units = rows.into_iter().map(|row| row.listed(&flown, true)).collect::<Result<_, _>>()?;
         let oldest_fresh = oldest_fresh.map(Timestamp::from_micros);
-        Ok(MayBeDue { installed, components: count("board_units", components)?, oldest_fresh })
+        Ok(MayBeDue { units, components: count("board_units", components)?, oldest_fresh })
     }
 
     pub(crate) async fn worst_units(
@@ -168,14 +248,7 @@ impl Engine {
         let query = query.bind(operator.as_str()).bind(stale_before.micros()).bind(near_fh).bind(i64::from(limit));
         let rows: Vec<UnitRow> = query.fetch_all(&mut *transaction).await?;
         let flown = flown(&mut transaction, operator, "", LAST).await?;
-        let listed = rows.into_iter().map(|row| {
-            let unit = row.unit()?;
-            let Flown { utilisation_fh_per_day, plan } = match unit.place_known {
-                true => flown.get(&unit.tail).cloned().unwrap_or_default(),
-                false => Flown::default(),
-            };
-            Ok(ListedUnit { unit, utilisation_fh_per_day, plan })
-        });
+        let listed = rows.into_iter().map(|row| Ok(listed(row.unit()?, &flown, None)));
         Ok(WorstUnits {
             units: listed.collect::<Result<_, StoreError>>()?,
             components: count("board_units", components)?,
@@ -206,13 +279,16 @@ impl Engine {
 }
 
 /// Selects all components that may fail within `$3` hours with more than a probability, that are unknown, or whose data
-/// are older than `$2`. (A quantile that is lower than the probability by more than a few draws lies within the hours.)
+/// are older than `$2`; with their draws. (A quantile that is lower than the probability by more than a few draws lies
+/// within the hours.)
 fn possibly_due(risk: f64) -> &'static str {
     macro_rules! possibly_due {
         ($quantile:literal) => {
-            installed!(
-                "(u.place_known = 0 or u.standing not in ('ok', 'beyond_horizon') or u.as_of_at <= $2",
-                " or u.horizon_fh < $3 or ",
+            concat!(
+                drawn!(),
+                "where u.operator = $1
+                   and (u.place_known = 0 or u.standing not in ('ok', 'beyond_horizon') or u.as_of_at <= $2
+                        or u.horizon_fh < $3 or ",
                 $quantile,
                 " <= $3)"
             )
@@ -226,6 +302,52 @@ fn possibly_due(risk: f64) -> &'static str {
         risk if risk >= 0.05 => possibly_due!("u.p05_fh"),
         _ => possibly_due!("u.first_end_fh"),
     }
+}
+
+/// A component in short with the draws of its forecast, where they are read.
+#[derive(sqlx_macros::FromRow)]
+struct CurvedRow {
+    #[sqlx(flatten)]
+    unit: UnitRow,
+    draws: Option<i64>,
+    curve_horizon_fh: Option<f64>,
+    ends: Option<String>,
+    curve_checksum: Option<Vec<u8>>,
+}
+
+impl CurvedRow {
+    fn listed(mut self, flown: &BTreeMap<TailNumber, Flown>, with_draws: bool) -> Result<ListedUnit, StoreError> {
+        let mut unit = self.unit.unit()?;
+        let has_forecast = with_draws && unit.prognosis.as_ref().is_some_and(|prognosis| prognosis.outlook.is_ok());
+        let rul = match self.curve().filter(|_| has_forecast).map(|curve| curve.rul()).transpose() {
+            Ok(rul) if rul.is_some() == has_forecast => rul,
+            damaged => {
+                tracing::error!(unit = ?unit.serial_number, ?damaged, "a component is listed without its draws");
+                unit.damage();
+                None
+            }
+        };
+        Ok(listed(unit, flown, rul))
+    }
+
+    fn curve(&mut self) -> Option<CurveRow> {
+        Some(CurveRow {
+            operator: self.unit.operator.clone(),
+            part_number: self.unit.part_number.clone(),
+            serial_number: self.unit.serial_number.clone(),
+            draws: self.draws?,
+            horizon_fh: self.curve_horizon_fh?,
+            ends: self.ends.take()?,
+            checksum: Some(self.curve_checksum.take()?),
+        })
+    }
+}
+
+/// A component with how its tail flies, if it is on it.
+fn listed(unit: Unit, flown: &BTreeMap<TailNumber, Flown>, rul: Option<RulDistribution>) -> ListedUnit {
+    let Flown { utilisation_fh_per_day, plan } =
+        flown.get(&unit.tail).filter(|_| unit.place_known).cloned().unwrap_or_default();
+    ListedUnit { unit, utilisation_fh_per_day, plan, rul }
 }
 
 /// A page of an operator's tails with nothing on them, and the bounds of their names: behind the first, up to the last.
@@ -318,14 +440,7 @@ impl InstalledRow {
         let prognosis = match self.prognosis(&unit) {
             Err(damage @ StoreError::Corrupt { .. }) => {
                 tracing::error!(error = %damage, "a component is listed without what is damaged of it");
-                unit = Unit {
-                    began: None,
-                    found_failed_fh: None,
-                    is_damaged: true,
-                    set_aside: SetAsideUploads::default(),
-                    before_overhaul: 0,
-                    ..unit
-                };
+                unit.damage();
                 None
             }
             prognosis => prognosis?,

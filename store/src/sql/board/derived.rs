@@ -1,6 +1,6 @@
 //! A component at its place, derived from where it is, what its life is and what was issued of it.
 
-use domain::{Component, Timestamp};
+use domain::{Component, Prognosis, Timestamp};
 
 use super::super::{
     Connection,
@@ -16,13 +16,16 @@ use super::super::{
     places::installations::InstallationRow,
     results::prognoses::PrognosisRow,
 };
-use super::{hindrances, units::UnitRow};
+use super::{curves::CurveRow, hindrances, units::UnitRow};
 use crate::{Brief, SetAsideUploads, StoreError, Unit};
 
 const INSTALLATIONS: &str = "installations";
 
-/// The row of a component; `None` for one that has no place and was removed from its last one.
-pub(crate) async fn row(connection: &mut Connection, component: &Component) -> Result<Option<UnitRow>, StoreError> {
+/// The rows of a component; `None` for one that has no place and was removed from its last one.
+pub(crate) async fn rows(
+    connection: &mut Connection,
+    component: &Component,
+) -> Result<Option<(UnitRow, Option<CurveRow>)>, StoreError> {
     let Some(mut placed) = placed(connection, component).await? else { return Ok(None) };
     let (pointer, fence) = (placed.life.pointer(), placed.life.prognosis_fence);
     let judged = match placed.judged(connection, component).await {
@@ -33,7 +36,9 @@ pub(crate) async fn row(connection: &mut Connection, component: &Component) -> R
         judged => Some(judged?),
     };
     let (began, prognosis, found_failed_fh) = match &judged {
-        Some(Judged { prognosis, found_failed_fh }) => (placed.life.beginning()?, prognosis.clone(), *found_failed_fh),
+        Some(Judged { prognosis, found_failed_fh }) => {
+            (placed.life.beginning()?, prognosis.as_ref().map(Brief::new), *found_failed_fh)
+        }
         None => (None, None, None),
     };
     let mut unit = Unit {
@@ -52,7 +57,9 @@ pub(crate) async fn row(connection: &mut Connection, component: &Component) -> R
         before_overhaul: 0,
     };
     hindrances::tell(connection, component, &mut unit).await?;
-    UnitRow::new(component, pointer, fence, &unit).map(Some)
+    let forecast = judged.as_ref().and_then(|judged| judged.prognosis.as_ref()?.forecast.as_ref().ok());
+    let curve = forecast.map(|forecast| CurveRow::new(component, &forecast.rul));
+    Ok(Some((UnitRow::new(component, pointer, fence, &unit)?, curve)))
 }
 
 /// The installation that holds a component now, or the one that another component ended and no removal followed; with
@@ -103,7 +110,7 @@ struct Placed {
 
 /// A component's life as far as it is known.
 struct Judged {
-    prognosis: Option<Brief>,
+    prognosis: Option<Prognosis>,
     found_failed_fh: Option<f64>,
 }
 
@@ -128,6 +135,6 @@ impl Placed {
         if found_failed_fh.is_some() != self.life.ended_by.is_some() {
             return Err(corrupt(&("maintenance_events", &self.life.ended_by), "the end of a life cannot be read"));
         }
-        Ok(Judged { prognosis: prognosis.as_ref().map(Brief::new), found_failed_fh })
+        Ok(Judged { prognosis, found_failed_fh })
     }
 }

@@ -24,7 +24,7 @@ use super::super::{
     lives::components,
     places::{observed, utilisation},
 };
-use super::{derived, tails, units};
+use super::{curves, derived, tails, units};
 use crate::StoreError;
 
 /// Components in one transaction.
@@ -82,7 +82,9 @@ async fn unit(
     );
     let _: Option<(i64,)> = sqlx::query_as(hold).bind_component(component).fetch_optional(&mut *connection).await?;
     let before = units::find(connection, component).await?;
-    let Some(now) = undamaged(derived::row(connection, component).await)? else { return Ok(BTreeSet::new()) };
+    let Some(now) = undamaged(derived::rows(connection, component).await)? else { return Ok(BTreeSet::new()) };
+    let (now, curve) = now.unzip();
+    let curve = curve.flatten();
     let is_same = match (&before, &now) {
         (None, None) => true,
         (Some(before), Some(now)) => before.is(now),
@@ -90,6 +92,9 @@ async fn unit(
     };
     if !is_same {
         units::replace(connection, component, now.as_ref()).await?;
+    }
+    if all || !is_same {
+        curves::replace(connection, component, curve.as_ref()).await?;
     }
     let tails = [before, now].into_iter().flatten().filter_map(|row| row.tail.parse().ok());
     Ok(tails.filter(|_| all || !is_same).collect())
@@ -129,7 +134,11 @@ fn undamaged<T>(read: Result<T, StoreError>) -> Result<Option<T>, StoreError> {
 
 /// Makes all rows of an operator anew.
 pub(crate) async fn remake(connection: &mut Connection, operator: &OperatorId) -> Result<(), StoreError> {
-    for sql in ["delete from board_units where operator = $1", "delete from board_tails where operator = $1"] {
+    for sql in [
+        "delete from board_units where operator = $1",
+        "delete from board_curves where operator = $1",
+        "delete from board_tails where operator = $1",
+    ] {
         sqlx::query(sql).bind(operator.as_str()).execute(&mut *connection).await?;
     }
     let all = components::next_components(connection, operator, None, u32::MAX).await?;
@@ -172,6 +181,10 @@ pub(crate) async fn behind(connection: &mut Connection, operator: &OperatorId) -
                           select 1 from movements m
                           where m.operator = d.operator and m.part_number = d.part_number
                             and m.serial_number = d.serial_number and m.inward = 0 and m.occurred_at >= d.to_at)))
+                or (u.horizon_fh is not null and not exists (
+                      select 1 from board_curves f
+                      where f.operator = u.operator and f.part_number = u.part_number
+                        and f.serial_number = u.serial_number))
                 or u.overhaul_index <> l.overhaul_index or u.generation <> l.generation
                 or coalesce(u.prognosis_fence, -1) <> coalesce(l.prognosis_fence, -1))
          order by c.part_number, c.serial_number",

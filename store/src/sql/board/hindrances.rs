@@ -21,7 +21,7 @@ pub(super) async fn tell(
 ) -> Result<(), StoreError> {
     let began_at = unit.began.as_ref().map_or(i64::MIN, |began| began.occurred_at.micros());
     unit.set_aside = set_aside(connection, component, began_at).await?;
-    if unit.prognosis.as_ref().is_some_and(|prognosis| prognosis.outlook.is_some()) {
+    if unit.prognosis.as_ref().is_some_and(|prognosis| prognosis.outlook.is_ok()) {
         return Ok(());
     }
     if unit.set_aside.count > 0 {

@@ -60,7 +60,7 @@ impl UnitRow {
         unit: &Unit,
     ) -> Result<Self, StoreError> {
         let body = encode("unit", unit)?;
-        let outlook = unit.prognosis.as_ref().and_then(|prognosis| prognosis.outlook.as_ref());
+        let outlook = unit.prognosis.as_ref().and_then(|prognosis| prognosis.outlook.as_ref().ok());
         let quantile = |index: usize| outlook.and_then(|outlook| outlook.quantiles_fh[index]).map(hours_column);
         Ok(Self {
             operator: component.operator.to_string(),

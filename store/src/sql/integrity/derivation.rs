@@ -11,7 +11,9 @@ use super::super::{
     Connection,
     access::{audit, operators},
     board::{
-        self, derived,
+        self,
+        curves::{self, CurveRow},
+        derived,
         tails::TailBoardRow,
         units::{self, UnitRow},
     },
@@ -60,8 +62,13 @@ pub(super) async fn verify(
 async fn board(connection: &mut Connection, operator: &OperatorId) -> Result<(Vec<String>, Vec<String>), StoreError> {
     let (mut defined, mut stored, mut tails) = (Vec::new(), Vec::new(), BTreeSet::new());
     for component in components::next_components(connection, operator, None, u32::MAX).await? {
-        let row = derived::row(connection, &component).await?;
-        defined.extend(row.map(|row| format!("{:?}", UnitRow { checksum: None, ..row })));
+        if let Some((unit, curve)) = derived::rows(connection, &component).await? {
+            defined.push(format!("{unit:?}"));
+            defined.extend(curve.map(|curve| format!("{curve:?}")));
+        }
+    }
+    for row in curves::of_operator(connection, operator).await? {
+        stored.push(format!("{:?}", CurveRow { checksum: None, ..row }));
     }
     for row in units::of_operator(connection, operator).await? {
         tails.extend(row.tail.parse::<TailNumber>().ok());

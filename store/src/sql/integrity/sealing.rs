@@ -7,7 +7,7 @@
 use super::super::{
     Connection,
     access::{anchors, audit, operators::OperatorRow},
-    board::{tails::TailBoardRow, units::UnitRow},
+    board::{curves::CurveRow, tails::TailBoardRow, units::UnitRow},
     events::recorded::VoidedEventRow,
     ground::sealed,
     lives::{components::ComponentRow, generations::GenerationRow, life::LifeRow},
@@ -49,6 +49,7 @@ macro_rules! derived {
         sealed::$function::<SetAsideRow>($($argument),*).await?;
         sealed::$function::<ExclusionRow>($($argument),*).await?;
         sealed::$function::<UnitRow>($($argument),*).await?;
+        sealed::$function::<CurveRow>($($argument),*).await?;
         sealed::$function::<TailBoardRow>($($argument),*).await?;
     };
 }
@@ -109,6 +110,7 @@ mod tests {
          generation, reason, detail",
         "board_units: operator, part_number, serial_number, tail, position, place_known, overhaul_index, generation, \
          prognosis_fence, standing, as_of_at, body, stamp, horizon_fh, first_end_fh, p05_fh, p10_fh, p25_fh, p50_fh",
+        "board_curves: operator, part_number, serial_number, draws, horizon_fh, ends",
         "board_tails: operator, tail, positions, failed, unknown, newest_inconsistent, newest_ok, \
          newest_beyond_horizon, oldest, p10_fh, flown_until, fh_per_day, stamp",
     ];
