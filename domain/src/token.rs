@@ -140,7 +140,7 @@ impl From<TokenId> for String {
 }
 
 /// The bytes of exactly `2 N` lower-case hexadecimal digits.
-fn digits<const N: usize>(text: &str) -> Option<[u8; N]> {
+pub(crate) fn digits<const N: usize>(text: &str) -> Option<[u8; N]> {
     let lower = !text.bytes().any(|byte| byte.is_ascii_uppercase());
     hex::decode(text).ok().filter(|_| lower)?.try_into().ok()
 }

@@ -3,7 +3,8 @@
 //! - [`answer`]: what both transports tell, described once;
 //! - [`json`]: the other bodies of the REST interface, used by the server and by its clients alike;
 //! - [`v1`]: messages and services generated from `actuary/v1/*.proto`;
-//! - [`grpc`]: protobuf to domain and back.
+//! - [`grpc`]: protobuf to domain and back;
+//! - [`frame`]: an upload in one block of ACARS.
 //!
 //! What comes in is parsed or refused here, once; a refusal names the field as a JSON pointer, or
 //! as a protobuf field path. The same upload gives the same [`domain::Upload`], hence the same
@@ -11,6 +12,7 @@
 
 pub mod answer;
 mod brought;
+pub mod frame;
 pub mod grpc;
 pub mod json;
 
