@@ -7,6 +7,7 @@ pub mod backup;
 pub mod demo;
 pub mod diagnose;
 pub mod due;
+pub mod frame;
 pub mod healthcheck;
 pub mod loads;
 pub mod migrate;

@@ -12,6 +12,7 @@ mod exit;
 mod files;
 mod flights;
 mod forecaster;
+mod frame_key;
 mod health;
 mod hindsight;
 mod http;
@@ -31,8 +32,8 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::command::{
-    backtest, backup, demo, diagnose, due, healthcheck, loads, migrate, model, rebuild, restore, serve, simulate,
-    token, train, verify, what_if, worker,
+    backtest, backup, demo, diagnose, due, frame, healthcheck, loads, migrate, model, rebuild, restore, serve,
+    simulate, token, train, verify, what_if, worker,
 };
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
@@ -52,6 +53,7 @@ enum Command {
     Train(train::Arguments),
     Diagnose(diagnose::Arguments),
     Due(due::Arguments),
+    Frame(frame::Arguments),
     Healthcheck(healthcheck::Arguments),
     Loads(loads::Arguments),
     Migrate(migrate::Arguments),
@@ -84,6 +86,7 @@ fn main() -> ExitCode {
         Command::Train(arguments) => train::run(arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Due(arguments) => due::run(&arguments),
+        Command::Frame(arguments) => frame::run(arguments),
         Command::WhatIf(arguments) => what_if::run(&arguments),
         Command::Healthcheck(arguments) => healthcheck::run(&arguments),
         Command::Loads(arguments) => loads::run(&arguments),

@@ -4,6 +4,7 @@
 use std::{io, net::SocketAddr, num::NonZeroUsize, sync::Arc, thread::available_parallelism, time::Duration};
 
 use anyhow::{Context, Result, anyhow};
+use proto::frame::InstallationKey;
 use server::Tls;
 use store::Store;
 use tokio::{net::TcpListener, runtime::Runtime, task::JoinSet, time::timeout};
@@ -52,6 +53,8 @@ pub struct Api {
     pub stale_after: Duration,
     /// Whether uploads enrol what is not known yet.
     pub enrol: bool,
+    /// The secret from which frame keys follow.
+    pub frame_key: Option<InstallationKey>,
 }
 
 /// How uploads are analysed.
@@ -124,6 +127,7 @@ impl Service {
                 max_connections: api.door.max_connections.get(),
                 scorer: Arc::new(IssuedScorer),
                 forecaster: Arc::new(WhatIf::new(store.clone(), clock.clone())),
+                frame_key: api.frame_key,
                 metrics: metrics.clone(),
             };
             let stopped = shutdown.clone().cancelled_owned();

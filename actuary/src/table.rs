@@ -1,15 +1,17 @@
 //! The fleet in the terminal: one line per component, worst first.
 
 mod due;
+mod frames;
 mod tokens;
 mod what_if;
 
 use std::fmt::Write as _;
 
-use domain::Status;
+use domain::{Status, Timestamp};
 use proto::answer::RulAnswer;
 
 pub use due::due;
+pub use frames::{frame, frame_keys, subject};
 pub use tokens::tokens;
 pub use what_if::what_if;
 
@@ -64,4 +66,10 @@ fn words(status: Status) -> &'static str {
         Status::BeyondHorizon => "beyond horizon",
         Status::Ok => "ok",
     }
+}
+
+/// A time to the minute, in UTC.
+fn minute(time: Timestamp) -> String {
+    let text = time.to_string();
+    format!("{}Z", text.get(..16).unwrap_or(&text))
 }

@@ -117,6 +117,10 @@ pub enum Action {
     SensorConfigurationAdded,
     /// The plan of a tail was set.
     PlanSet,
+    /// A frame key was created.
+    FrameKeyCreated,
+    /// A frame key was revoked.
+    FrameKeyRevoked,
 }
 
 impl Action {
@@ -133,6 +137,8 @@ impl Action {
             Self::EventVoided => "event_voided",
             Self::SensorConfigurationAdded => "sensor_configuration_added",
             Self::PlanSet => "plan_set",
+            Self::FrameKeyCreated => "frame_key_created",
+            Self::FrameKeyRevoked => "frame_key_revoked",
         }
     }
 }

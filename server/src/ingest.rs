@@ -24,6 +24,10 @@ pub enum Transport {
     Grpc,
     /// A message of a stream.
     GrpcStream,
+    /// A body of frames.
+    RestFrame,
+    /// A message of frames.
+    GrpcFrame,
 }
 
 impl Transport {
@@ -33,6 +37,8 @@ impl Transport {
             Self::Ndjson => "ndjson",
             Self::Grpc => "grpc",
             Self::GrpcStream => "grpc_stream",
+            Self::RestFrame => "rest_frame",
+            Self::GrpcFrame => "grpc_frame",
         }
     }
 

@@ -24,6 +24,7 @@ mod due;
 mod encoding;
 mod fleet;
 mod forecaster;
+mod frames;
 mod grpc;
 mod history;
 mod in_service;

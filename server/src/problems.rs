@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use axum::http::StatusCode;
 use domain::{Invalid, Permission};
+use proto::frame::{FrameError, MEDIA_TYPE};
 use utoipa::{
     IntoResponses,
     openapi::{ContentBuilder, Ref, RefOr, Response, ResponseBuilder},
@@ -23,6 +24,8 @@ pub struct Lookup;
 pub struct Listing;
 /// The problems of a route that takes uploads.
 pub struct Uploading;
+/// The problems of a route that takes uploads as frames.
+pub struct UploadingFrames;
 /// The problems of a route that takes a dated version.
 pub struct Dating;
 /// The problems of a route that takes a maintenance event.
@@ -59,6 +62,21 @@ impl IntoResponses for Uploading {
             too_large(),
             other_type(),
             Refusal::Invalid(Invalid::one("#/samples/3", "1000000000 is outside -1.504 to 1.504 V s/rad")),
+            unavailable(),
+            Refusal::Internal,
+        ])
+    }
+}
+
+impl IntoResponses for UploadingFrames {
+    fn responses() -> Responses {
+        documented([
+            Refusal::Frame(FrameError::Cut { bytes: 127, expected: 128 }),
+            Refusal::Interrupted,
+            Refusal::Conflict("frame:5f0c3a9be2d14c77:123".parse().expect("a name")),
+            too_large(),
+            Refusal::UnsupportedMediaType { given: "text/csv".to_owned(), wanted: MEDIA_TYPE },
+            Refusal::Frame(FrameError::NotAuthentic),
             unavailable(),
             Refusal::Internal,
         ])
@@ -210,7 +228,7 @@ fn response(refusal: &Refusal) -> Response {
 
 fn meaning(status: StatusCode) -> &'static str {
     match status {
-        StatusCode::BAD_REQUEST => "The body is not JSON",
+        StatusCode::BAD_REQUEST => "The body is not of the form that its type says",
         StatusCode::UNAUTHORIZED => "It is not known who calls",
         StatusCode::FORBIDDEN => "The caller may not",
         StatusCode::MISDIRECTED_REQUEST => "The service is not called by this name",

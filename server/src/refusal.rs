@@ -14,8 +14,9 @@ use axum::{
     },
     response::{IntoResponse, Response},
 };
-use domain::{Invalid, UploadId};
+use domain::{FrameKeyId, Invalid, Timestamp, UploadId};
 use proto::{
+    frame::FrameError,
     grpc::field_path,
     json::{BodyError, FieldError, Ingested, Problem},
     v1,
@@ -69,6 +70,17 @@ pub enum Refusal {
         "upload {0} was stored before with other content; nothing was changed: give other content another upload_id"
     )]
     Conflict(UploadId),
+    /// The bytes are no frame, or none that a key in force wrote.
+    #[error("{0}")]
+    Frame(FrameError),
+    /// The key that wrote a frame was revoked.
+    #[error("frame key {id} was revoked at {at}: no frame by it is taken, whenever it was measured")]
+    FrameKeyRevoked {
+        /// The key.
+        id: FrameKeyId,
+        /// When it was revoked.
+        at: Timestamp,
+    },
     /// It contradicts what is stored.
     #[error("{0}")]
     Contradiction(String),
@@ -125,6 +137,15 @@ fn outage_kind(outage: Outage) -> Kind {
     }
 }
 
+fn frame_kind(error: &FrameError) -> Kind {
+    match error {
+        FrameError::Text { .. } | FrameError::Cut { .. } | FrameError::Long { .. } => Kind::FrameMalformed,
+        FrameError::Layout(_) => Kind::FrameLayout,
+        FrameError::NotAuthentic => Kind::FrameNotAuthentic,
+        FrameError::Content(_) => Kind::Invalid,
+    }
+}
+
 fn named(errors: &[FieldError]) -> String {
     let one = |e: &FieldError| format!("{}: {}", e.parameter.as_deref().unwrap_or_default(), e.detail);
     errors.iter().map(one).collect::<Vec<_>>().join("; ")
@@ -139,7 +160,11 @@ impl Refusal {
     /// The HTTP status.
     pub fn status(&self) -> StatusCode {
         match self {
-            Self::Malformed(_) => StatusCode::BAD_REQUEST,
+            Self::Malformed(_)
+            | Self::Frame(FrameError::Text { .. } | FrameError::Cut { .. } | FrameError::Long { .. }) => {
+                StatusCode::BAD_REQUEST
+            }
+            Self::Frame(_) | Self::FrameKeyRevoked { .. } => StatusCode::UNPROCESSABLE_ENTITY,
             Self::Invalid(_) | Self::Parameters(_) => StatusCode::UNPROCESSABLE_ENTITY,
             Self::Unauthenticated(_) => StatusCode::UNAUTHORIZED,
             Self::Forbidden(_) => StatusCode::FORBIDDEN,
@@ -168,6 +193,8 @@ impl Refusal {
             Self::MethodNotAllowed => Kind::MethodNotAllowed,
             Self::Conflict(_) => Kind::Conflict,
             Self::Contradiction(_) => Kind::Contradiction,
+            Self::Frame(error) => frame_kind(error),
+            Self::FrameKeyRevoked { .. } => Kind::FrameKeyRevoked,
             Self::TooLarge { .. } => Kind::TooLarge,
             Self::UnsupportedMediaType { .. } => Kind::UnsupportedMediaType,
             Self::Interrupted => Kind::Interrupted,
@@ -196,6 +223,7 @@ impl Refusal {
         let status = self.status();
         let errors = match self {
             Self::Malformed(invalid) | Self::Invalid(invalid) => FieldError::list(invalid.clone()),
+            Self::Frame(FrameError::Content(invalid)) => FieldError::list(invalid.clone()),
             Self::Parameters(errors) => errors.clone(),
             _ => Vec::new(),
         };
@@ -236,6 +264,8 @@ impl Refusal {
     fn code(&self) -> Code {
         match self {
             Self::Malformed(_) | Self::Invalid(_) | Self::Parameters(_) => Code::InvalidArgument,
+            Self::Frame(FrameError::NotAuthentic) | Self::FrameKeyRevoked { .. } => Code::PermissionDenied,
+            Self::Frame(_) => Code::InvalidArgument,
             Self::TooLarge { .. } | Self::UnsupportedMediaType { .. } => Code::InvalidArgument,
             Self::Interrupted => Code::DeadlineExceeded,
             Self::Misdirected { .. } => Code::FailedPrecondition,
@@ -289,6 +319,12 @@ impl From<BodyError> for Refusal {
             BodyError::Malformed(invalid) => Self::Malformed(invalid),
             BodyError::Invalid(invalid) => Self::Invalid(invalid),
         }
+    }
+}
+
+impl From<FrameError> for Refusal {
+    fn from(error: FrameError) -> Self {
+        Self::Frame(error)
     }
 }
 

@@ -41,6 +41,7 @@ pub fn router() -> Guarded {
     use Permission::{Configure, Correct, Maintain, Plan, Read, ReadModels, ReadUpload, Upload};
     Guarded::new(Document::openapi())
         .guarded(Upload, routes!(uploads::post))
+        .guarded(Upload, routes!(uploads::post_frame))
         .guarded(Read, routes!(upload_status::list))
         .guarded(ReadUpload, routes!(upload_status::get))
         .guarded(Correct, routes!(upload_status::void))

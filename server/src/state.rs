@@ -3,6 +3,7 @@
 use std::{ops::Deref, sync::Arc, time::Duration};
 
 use domain::Timestamp;
+use proto::frame::InstallationKey;
 use store::Store;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
@@ -44,6 +45,8 @@ pub struct State {
     pub scorer: Arc<dyn Scorer>,
     /// Forecasts what is only asked about.
     pub forecaster: Arc<dyn Forecaster>,
+    /// The secret from which frame keys follow; without it no frames are taken.
+    pub frame_key: Option<InstallationKey>,
     /// The figures on `/metrics`.
     pub metrics: Metrics,
 }

@@ -121,7 +121,12 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> 
     let settings = |port| Settings {
         database: database.clone(),
         clock: clock.shared(),
-        api: Some(Api { door: Door::loopback(port), stale_after: Duration::from_secs(30 * 86_400), enrol: true }),
+        api: Some(Api {
+            door: Door::loopback(port),
+            stale_after: Duration::from_secs(30 * 86_400),
+            enrol: true,
+            frame_key: None,
+        }),
         probes: None,
         work: Some(Work::default()),
     };

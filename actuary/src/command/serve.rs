@@ -10,6 +10,7 @@ use crate::{
     database::Database,
     door::DoorArguments,
     exit::Failure,
+    frame_key::FrameKeyFile,
     health::HealthArguments,
     service::{Api, Service, Settings, on_runtime},
     telemetry::LogArguments,
@@ -36,6 +37,8 @@ pub struct Arguments {
     #[arg(long, env = "ACTUARY_NO_WORKER", value_parser = FalseyValueParser::new())]
     no_worker: bool,
     #[command(flatten)]
+    frames: FrameKeyFile,
+    #[command(flatten)]
     health: HealthArguments,
     #[command(flatten)]
     work: WorkArguments,
@@ -52,6 +55,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     let clock = clock::system();
     let door = arguments.door.door(clock.clone())?;
+    let frame_key = arguments.frames.read()?;
     on_runtime(async {
         Service::start(Settings {
             database: arguments.database,
@@ -60,6 +64,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
                 door,
                 stale_after: Duration::from_secs(86_400 * u64::from(arguments.stale_after_days)),
                 enrol: !arguments.no_enrolment,
+                frame_key,
             }),
             probes: arguments.health.address(),
             work: (!arguments.no_worker).then(|| arguments.work.work()),

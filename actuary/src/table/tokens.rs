@@ -5,6 +5,8 @@ use std::fmt::Write;
 use domain::Timestamp;
 use store::TokenRecord;
 
+use super::minute;
+
 /// One line per token.
 pub fn tokens(tokens: &[TokenRecord], now: Timestamp) -> String {
     let mut table = String::new();
@@ -31,10 +33,4 @@ pub fn tokens(tokens: &[TokenRecord], now: Timestamp) -> String {
 fn line(table: &mut String, [id, scope, status, created, expires, revoked, name]: [String; 7]) {
     writeln!(table, "{id:<16}  {scope:<19}  {status:<7}  {created:<17}  {expires:<17}  {revoked:<17}  {name}")
         .expect("writing to a string");
-}
-
-/// A time to the minute, in UTC.
-fn minute(time: Timestamp) -> String {
-    let text = time.to_string();
-    format!("{}Z", text.get(..16).unwrap_or(&text))
 }

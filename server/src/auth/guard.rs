@@ -29,6 +29,7 @@ const PRIVATE: HeaderValue = HeaderValue::from_static("private, no-cache");
 pub const GRPC: &[(&str, Permission)] = &[
     ("/actuary.v1.Ingest/Upload", Permission::Upload),
     ("/actuary.v1.Ingest/UploadStream", Permission::Upload),
+    ("/actuary.v1.Ingest/UploadFrame", Permission::Upload),
     ("/actuary.v1.FleetHealth/ListTails", Permission::Read),
     ("/actuary.v1.FleetHealth/GetTail", Permission::Read),
     ("/actuary.v1.FleetHealth/GetRul", Permission::Read),

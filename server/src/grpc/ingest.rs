@@ -14,6 +14,7 @@ use tonic::{Request, Response, Status, Streaming};
 use super::Service;
 use crate::{
     auth::{Caller, admitted},
+    frames::Frames,
     ingest::{IN_FLIGHT, Judged, Kept, Transport, check, ingest},
     refusal::Refusal,
     state::Shared,
@@ -27,6 +28,22 @@ impl Ingest for Service {
         let upload_id = request.upload_id.clone();
         let upload = into_upload(request).map_err(Refusal::from);
         let (status, warnings) = ingest(&self.0, &caller, Transport::Grpc, upload).await?;
+        let warnings = warnings.into_iter().map(v1::Warning::from).collect();
+        Ok(Response::new(v1::UploadResponse { upload_id, status: wire(status).into(), warnings }))
+    }
+
+    async fn upload_frame(
+        &self,
+        request: Request<v1::UploadFrameRequest>,
+    ) -> Result<Response<v1::UploadResponse>, Status> {
+        let caller = Caller::from_request(&request)?;
+        let v1::UploadFrameRequest { frame, strain_frame } = request.into_inner();
+        let upload = match Frames::of(&frame, &strain_frame) {
+            Ok(frames) => frames.into_upload(&self.0, &caller).await,
+            Err(refusal) => Err(refusal),
+        };
+        let upload_id = upload.as_ref().map(|upload| upload.upload_id.to_string()).unwrap_or_default();
+        let (status, warnings) = ingest(&self.0, &caller, Transport::GrpcFrame, upload).await?;
         let warnings = warnings.into_iter().map(v1::Warning::from).collect();
         Ok(Response::new(v1::UploadResponse { upload_id, status: wire(status).into(), warnings }))
     }

@@ -80,6 +80,22 @@ kinds! {
     Contradiction, "contradiction",
         "The request contradicts what is stored or the state that it is in. Nothing was changed.",
         "Read what is stored: the detail names it. Send what agrees with it, or correct it first.";
+    /// The bytes are no frame.
+    FrameMalformed, "frame-malformed",
+        "The bytes are no frame: cut, longer than their layout, or no base32.",
+        "Send the frame as the aircraft sent it: its bytes, or one line of base32 in capitals without padding. What was lost on the way has to come down again.";
+    /// The frame is of another layout.
+    FrameLayout, "frame-layout",
+        "The first byte of the frame names a layout that is not read here.",
+        "Bring the service up to date: layouts are added and never taken away. Keep the frame until then.";
+    /// No key in force wrote the frame.
+    FrameNotAuthentic, "frame-not-authentic",
+        "No key of your operator wrote the frame: its key is not known here, or it was changed on its way.",
+        "Have the frame sent down again. If all frames of an aircraft are refused, it writes by a key that was never made here: actuary frame key list.";
+    /// The key of the frame was revoked.
+    FrameKeyRevoked, "frame-key-revoked",
+        "The key that wrote the frame was revoked. No frame by it is taken, whenever it was measured.",
+        "Give the aircraft a new key. What it measured meanwhile can be sent as JSON by who vouches for it.";
     /// The body is too large.
     TooLarge, "too-large",
         "The body, or a line of it, has more bytes than are read.",

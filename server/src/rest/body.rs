@@ -12,6 +12,8 @@ use crate::{intake::Intake, limits::MAX_UPLOAD_BYTES, refusal::Refusal, state::S
 pub const JSON: &str = "application/json";
 /// Many JSON documents, one per line.
 pub const NDJSON: &str = "application/x-ndjson";
+/// The frames of one upload.
+pub const FRAME: &str = proto::frame::MEDIA_TYPE;
 
 /// The one of `known` that a body is, whatever the parameters of its type; `wanted` names them for the caller.
 pub fn media_type(headers: &HeaderMap, known: &[&'static str], wanted: &'static str) -> Result<&'static str, Refusal> {

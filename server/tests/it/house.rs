@@ -20,7 +20,7 @@ use domain::{
     scoreboard::{AtRul, Coverage, Horizons, LifeHorizons, RulBin, Scoreboard},
     state::State as Block,
 };
-use proto::{grpc::from_upload, json::UploadBody, v1};
+use proto::{frame::InstallationKey, grpc::from_upload, json::UploadBody, v1};
 use reqwest::{Client, Response, StatusCode};
 use serde_json::{Value, json};
 use server::{Forecaster, Forecasting, Metrics, Scorer, Tls, TlsFiles};
@@ -211,6 +211,7 @@ impl House {
             max_connections,
             scorer: Arc::new(Counter),
             forecaster: Arc::new(Inverse(store.clone())),
+            frame_key: Some(InstallationKey::new([7; 32])),
             metrics: METRICS.clone(),
         };
         let (stop, stopped) = oneshot::channel();

@@ -14,6 +14,7 @@ mod cross_origin;
 mod due;
 mod figures;
 mod fleet_rul;
+mod frames;
 mod house;
 mod interface;
 mod log;

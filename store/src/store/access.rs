@@ -1,9 +1,9 @@
-//! Tokens and the audit log.
+//! Tokens, frame keys and the audit log.
 
-use domain::{Act, Actor, AuditRecord, OperatorId, TokenId};
+use domain::{Act, Actor, AuditRecord, FrameKeyId, OperatorId, TokenId};
 
 use super::{Backend, Store, backend};
-use crate::{AuditChain, Revocation, StoreError, TokenRecord};
+use crate::{AuditChain, FrameKeyRecord, Revocation, StoreError, TokenRecord};
 
 impl Store {
     /// All operators that were ever heard of, in alphabetical order.
@@ -39,6 +39,31 @@ impl Store {
         act: Act,
     ) -> Result<Option<Revocation>, StoreError> {
         backend!(self, revoke_token(operator, id, act))
+    }
+
+    /// Keeps a new frame key, whose secret follows from what is not here.
+    pub async fn create_frame_key(&self, key: &FrameKeyRecord, actor: Actor) -> Result<(), StoreError> {
+        backend!(self, create_frame_key(key, actor))
+    }
+
+    /// The frame keys of an operator, revoked ones too, the oldest first.
+    pub async fn frame_keys(&self, operator: &OperatorId) -> Result<Vec<FrameKeyRecord>, StoreError> {
+        backend!(self, frame_keys(operator))
+    }
+
+    /// The frame key of this id, if it is the operator's.
+    pub async fn frame_key(&self, operator: &OperatorId, id: FrameKeyId) -> Result<Option<FrameKeyRecord>, StoreError> {
+        backend!(self, frame_key(operator, id))
+    }
+
+    /// Revokes a frame key of this operator for ever; `None` for an unknown one. Idempotent.
+    pub async fn revoke_frame_key(
+        &self,
+        operator: &OperatorId,
+        id: FrameKeyId,
+        act: Act,
+    ) -> Result<Option<Revocation>, StoreError> {
+        backend!(self, revoke_frame_key(operator, id, act))
     }
 
     /// The records of an operator's audit log, or of the installation's, from the first one after place

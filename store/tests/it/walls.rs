@@ -57,6 +57,10 @@ async fn live(store: &Store, operator: &OperatorId) {
     store.add_prior(operator, &prior(operator.as_str(), 10, 0.0), operator.as_str().as_bytes()).await.unwrap();
     let (_, token) = fixture::token(operator, operator.as_str().as_bytes()[0]);
     store.create_token(&token, Actor::Cli).await.unwrap();
+    let key = fixture::frame_key(operator, 2);
+    store.create_frame_key(&key, Actor::Cli).await.unwrap();
+    store.frame_key(operator, key.id).await.unwrap().unwrap();
+    assert_eq!(store.frame_keys(operator).await.unwrap().len(), 1);
 
     store.upload(operator, &known(1)).await.unwrap().unwrap();
     let states =
@@ -110,6 +114,7 @@ async fn live_on(store: &Store, operator: &OperatorId) {
         .await
         .unwrap();
     store.set_plan(operator, &tail("EC-MXA"), &plan(5.0), by_hand(0.0)).await.unwrap();
+    store.revoke_frame_key(operator, fixture::frame_key(operator, 2).id, by_hand(2.0)).await.unwrap().unwrap();
     store.add_prior(operator, &prior("later", 10, 5.0), b"later").await.unwrap();
     store.accept(operator, upload("more", 130.0), day(0.0)).await.unwrap();
     let alike =

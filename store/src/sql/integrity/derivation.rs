@@ -152,12 +152,13 @@ fn hash_name(bytes: &[u8]) -> String {
 /// Compares an operator's audit log with what must be there since.
 async fn acts(connection: &mut Connection, operator: &OperatorId, found: &mut Verification) -> Result<(), StoreError> {
     let (mut uploads, mut events, mut tokens) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
-    let (mut configurations, mut plans) = (BTreeSet::new(), BTreeSet::new());
+    let (mut configurations, mut plans, mut keys) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
     audit::each(connection, Some(operator), |record: AuditRecord| {
         match record.action {
             Action::UploadVoided => uploads.insert(record.subject),
             Action::EventVoided => events.insert(record.subject),
             Action::TokenCreated => tokens.insert(record.subject),
+            Action::FrameKeyCreated => keys.insert(record.subject),
             Action::SensorConfigurationAdded => configurations.insert(record.subject),
             Action::PlanSet => plans.insert(format!("{} at {}", record.subject, record.at.micros())),
             _ => false,
@@ -168,6 +169,7 @@ async fn acts(connection: &mut Connection, operator: &OperatorId, found: &mut Ve
         ("voided", uploads, "select upload_id from voided where operator = $1"),
         ("voided_events", events, "select event_id from voided_events where operator = $1"),
         ("tokens", tokens, "select token_id from tokens where operator = $1"),
+        ("frame_keys", keys, "select key_id from frame_keys where operator = $1"),
         (
             "tail_sensor_configurations",
             configurations,

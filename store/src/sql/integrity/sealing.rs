@@ -6,7 +6,7 @@
 
 use super::super::{
     Connection,
-    access::{anchors, audit, operators::OperatorRow},
+    access::{anchors, audit, frame_keys::FrameKeyRow, operators::OperatorRow},
     board::{curves::CurveRow, tails::TailBoardRow, units::UnitRow},
     events::recorded::VoidedEventRow,
     ground::sealed,
@@ -28,6 +28,7 @@ use crate::{StoreError, Verification};
 macro_rules! sources {
     ($function:ident ( $($argument:expr),* )) => {
         sealed::$function::<OperatorRow>($($argument),*).await?;
+        sealed::$function::<FrameKeyRow>($($argument),*).await?;
         sealed::$function::<ComponentRow>($($argument),*).await?;
         sealed::$function::<GenerationRow>($($argument),*).await?;
         sealed::$function::<UploadKeyRow>($($argument),*).await?;
@@ -90,6 +91,8 @@ mod tests {
 
     const COVERED: &[&str] = &[
         "operators: operator, enrolled_at",
+        "frame_keys: operator, key_id, tail, position, part_number, serial_number, mask_id, bundle, made_at, \
+         revoked_at",
         "components: operator, part_number, serial_number, enrolled_at",
         "generations: operator, part_number, serial_number, overhaul_index, number, model, prior",
         "upload_keys: operator, upload_id, part_number, serial_number, recorded_at, content_hash",

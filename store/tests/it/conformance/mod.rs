@@ -6,6 +6,7 @@ mod checkpoints;
 mod correct;
 mod damage;
 mod finished;
+mod frame_keys;
 mod generations;
 mod history;
 mod ingest;

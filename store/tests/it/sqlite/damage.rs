@@ -4,7 +4,7 @@ use store::{Checkpoint, Store, StoreError};
 
 use super::{execute, served, with_history};
 use crate::fixture::{
-    self, Backend, Database, bundle, component, day, later_upload, life_inputs, operator, results, token,
+    self, Backend, Database, bundle, component, day, frame_key, later_upload, life_inputs, operator, results, token,
 };
 
 #[tokio::test]
@@ -56,6 +56,31 @@ async fn the_body_of_another_row_is_not_taken_for_a_rows_own() {
     assert!(execute(&database.path(), swap).await > 1);
     let served = served(&database.open().await).await;
     assert!(matches!(served, Err(StoreError::Corrupt { .. })), "{served:?}");
+}
+
+#[tokio::test]
+async fn a_damaged_frame_key_speaks_for_nobody() {
+    for damage in [
+        "update frame_keys set tail = 'EC-MXB'",
+        "update frame_keys set position = 'AIL-R'",
+        "update frame_keys set serial_number = '0002'",
+        "update frame_keys set mask_id = zeroblob(32)",
+        "update frame_keys set bundle = null",
+        "update frame_keys set made_at = made_at + 1",
+        "update frame_keys set revoked_at = 1",
+        "update frame_keys set position = null, part_number = null, serial_number = null, mask_id = null",
+    ] {
+        let database = with_history().await;
+        assert_eq!(execute(&database.path(), damage).await, 1);
+        let store = database.open().await;
+        let found = store.frame_key(&operator(), frame_key(&operator(), 2).id).await;
+        assert!(matches!(found, Err(StoreError::Corrupt { .. })), "{damage}: {found:?}");
+        assert!(store.verify().await.unwrap().damaged.iter().any(|row| row.table == "frame_keys"), "{damage}");
+    }
+    let database = with_history().await;
+    execute(&database.path(), "delete from frame_keys").await;
+    let found = database.open().await.verify().await.unwrap();
+    assert!(found.damaged.iter().any(|row| row.table == "frame_keys"), "one that is missing: {found:?}");
 }
 
 #[tokio::test]

@@ -28,6 +28,7 @@ async fn answers(store: &Store) -> Result<String, StoreError> {
     say(&store.model_use().await?);
     say(&store.work_figures().await?);
     say(&store.tokens(&operator).await?);
+    say(&store.frame_keys(&operator).await?);
     say(&store.audit(Some(&operator), 0, 100).await?);
     say(&store.digest().await?);
     for name in TAILS {

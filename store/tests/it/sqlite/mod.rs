@@ -10,8 +10,8 @@ mod opening;
 mod writing;
 
 use crate::fixture::{
-    self, Backend, Database, by_hand, component, configuration, day, drain, finding, later_upload, operator, plan,
-    prior, tail, token,
+    self, Backend, Database, by_hand, component, configuration, day, drain, finding, frame_key, later_upload, operator,
+    plan, prior, tail, token,
 };
 use domain::{Actor, ContentHash, Finding};
 use sqlx::{Connection, Executor, SqliteConnection, sqlite::SqliteConnectOptions};
@@ -56,6 +56,7 @@ async fn with_history() -> Database {
     store.record_event(&operator(), &event, day(0.0)).await.unwrap();
     store.add_prior(&operator(), &prior("learned", 10, 0.0), b"learned").await.unwrap();
     store.create_token(&token(&operator(), 2).1, Actor::Cli).await.unwrap();
+    store.create_frame_key(&frame_key(&operator(), 2), Actor::Cli).await.unwrap();
     store.close().await;
     database
 }

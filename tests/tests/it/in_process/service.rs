@@ -14,6 +14,7 @@ use axum::{
 use domain::{Actor, Scoreboard};
 use http_body_util::BodyExt;
 use pipeline::Model;
+use proto::frame::InstallationKey;
 use server::{Forecaster, Forecasting, Metrics, Scorer};
 use store::{IssuedLife, Options, Store, StoreError};
 use tokio_util::sync::CancellationToken;
@@ -23,6 +24,9 @@ use super::clock::Clock;
 
 /// One recorder for all services of the process.
 static METRICS: LazyLock<Metrics> = LazyLock::new(|| Metrics::install().expect("the first recorder"));
+
+/// The secret from which frame keys follow.
+pub static FRAME_KEY: LazyLock<InstallationKey> = LazyLock::new(|| InstallationKey::new([3; 32]));
 
 /// The bundle that ships, and another one of the same numbers that tells of another provenance.
 static BUNDLES: LazyLock<[Bundle; 2]> = LazyLock::new(|| {
@@ -115,6 +119,7 @@ impl Service {
             max_connections: server::MAX_CONNECTIONS,
             scorer: Arc::new(Unjudged),
             forecaster: Arc::new(Unforeseen),
+            frame_key: Some(FRAME_KEY.clone()),
             metrics: METRICS.clone(),
         };
         let router = server::router(state, false, CancellationToken::new()).await.layer(map_request(call_locally));

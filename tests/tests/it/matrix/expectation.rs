@@ -56,6 +56,7 @@ pub fn of_rest(method: &str, path: &str) -> Expectation {
         ("get", "/docs") => (Everyone, 308),
         ("get", "/" | "/due" | "/scoreboard" | "/tails/{tail}/positions/{position}") => (Readers, 200),
         ("post", "/v1/tails/{tail}/uploads") => (Uploaders, 202),
+        ("post", "/v1/uploads") => (Uploaders, 202),
         ("get", "/v1/uploads") => (Readers, 200),
         ("get", "/v1/uploads/{upload_id}") => (Known, 200),
         ("post", "/v1/uploads/{upload_id}/void" | "/v1/uploads/{upload_id}/retry") => (Planners, 200),
@@ -83,7 +84,9 @@ pub fn of_rest(method: &str, path: &str) -> Expectation {
 /// Of gRPC methods, by their path; in the words of gRPC.
 pub fn of_grpc(path: &str) -> Expectation {
     let allowed = match path {
-        "/actuary.v1.Ingest/Upload" | "/actuary.v1.Ingest/UploadStream" => Allowed::Uploaders,
+        "/actuary.v1.Ingest/Upload" | "/actuary.v1.Ingest/UploadStream" | "/actuary.v1.Ingest/UploadFrame" => {
+            Allowed::Uploaders
+        }
         "/actuary.v1.FleetHealth/ListTails"
         | "/actuary.v1.FleetHealth/GetTail"
         | "/actuary.v1.FleetHealth/GetRul"
@@ -147,6 +150,7 @@ pub fn bodies(path: &str, media_types: &[String], of: Owner) -> Vec<(String, Vec
                 let lines = [50, 51].map(|number| world::json(&world::upload(of, 1, number)));
                 lines.join(&b'\n')
             }
+            ("/v1/uploads", proto::frame::MEDIA_TYPE) => world::frame(of),
             ("/v1/tails/{tail}/positions/{position}/maintenance", "application/json") => {
                 let new = MaintenanceBody { event_id: format!("{}.new", of.event()), ..world::event(of) };
                 world::json(&new)

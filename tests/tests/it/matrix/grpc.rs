@@ -74,6 +74,7 @@ pub fn message(path: &str, of: Owner) -> Vec<u8> {
             let upload = world::upload(of, 1, 50).into_upload(of.tail(1).parse().expect("a tail"));
             from_upload(upload.expect("an upload")).encode_to_vec()
         }
+        "UploadFrame" => v1::UploadFrameRequest { frame: world::frame(of), strain_frame: Vec::new() }.encode_to_vec(),
         "ListTails" => v1::ListTailsRequest { limit: 2, cursor: String::new() }.encode_to_vec(),
         "GetTail" => v1::GetTailRequest { tail: of.tail(1) }.encode_to_vec(),
         "GetRul" => {

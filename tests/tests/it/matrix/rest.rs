@@ -93,7 +93,9 @@ impl Endpoint {
     }
 
     fn names_a_tail(&self) -> bool {
-        self.in_path.iter().any(|name| name == "tail" || name == "upload_id")
+        // A frame names it by its key.
+        let by_key = self.media_types.iter().any(|media_type| media_type == proto::frame::MEDIA_TYPE);
+        by_key || self.in_path.iter().any(|name| name == "tail" || name == "upload_id")
     }
 }
 

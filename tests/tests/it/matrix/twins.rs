@@ -22,7 +22,10 @@ pub async fn judge_all() -> (usize, usize) {
     beside = World::make(&[Bravo, Alpha].map(named)).await;
     compared += compare(&mut alone, &mut beside, true, "").await;
     let mut changes = 0;
-    for asked in requests(&beside, Bravo).await.into_iter().filter(|asked| asked.changes) {
+    // Frames are by a key of their own operator, so the second cannot send those of the first; they change what uploads do.
+    let is_frame = |asked: &Asked| asked.what == "POST /v1/uploads" || asked.what.ends_with("/UploadFrame");
+    let changing = requests(&beside, Bravo).await.into_iter().filter(|asked| asked.changes && !is_frame(asked));
+    for asked in changing {
         let answer = beside.service().answer(asked.request).await;
         assert!(answer.is_success(), "{}: {}", asked.what, plain(&answer, "", Alpha));
         beside.work().await;

@@ -4,10 +4,13 @@ use std::{fs, path::PathBuf};
 
 use airframe::{Layout, reference::reference_configuration};
 use axum::{body::Body, http::Request};
-use domain::{Scope, Timestamp, Token};
-use proto::json::{MaintenanceBody, MaintenanceKind, SensorConfigurationBody, UploadBody};
+use domain::{ContentHash, FrameKeyId, FrameSubject, Scope, Timestamp, Token, Upload};
+use proto::{
+    frame::Measured,
+    json::{MaintenanceBody, MaintenanceKind, SensorConfigurationBody, UploadBody},
+};
 use serde::Serialize;
-use store::TokenRecord;
+use store::{FrameKeyRecord, TokenRecord};
 use tempfile::TempDir;
 use worker::Analyst;
 
@@ -17,7 +20,7 @@ use super::{
 };
 use crate::in_process::{
     clock::Clock,
-    service::{Answer, Bundle, Service},
+    service::{Answer, Bundle, FRAME_KEY, Service},
 };
 
 /// The one upload that is set aside.
@@ -125,6 +128,8 @@ impl Inhabitant {
             }
             self.configure(service, tail).await;
         }
+        let key = frame_key(self.operator, self.names);
+        service.store().create_frame_key(&key, domain::Actor::Cli).await.expect("stored");
         let note = Some(format!("seen by {}", self.operator.word()));
         let seen = MaintenanceBody { note, ..event(self.names) };
         self.report(service, seen.clone()).await;
@@ -178,6 +183,35 @@ async fn work(service: &Service, clock: &Clock) {
     {
         analyst.serve(&lease).await.expect("results");
     }
+}
+
+/// The key for the frames of what is on the first tail, by which an operator calls it by its names.
+fn frame_key(operator: Owner, names: Owner) -> FrameKeyRecord {
+    let mut id = [0; 8];
+    id.copy_from_slice(&ContentHash::of(names.word().as_bytes()).bytes()[..8]);
+    let Upload { tail, position, part_number, serial_number, reading, .. } = new_upload(names);
+    let mask_id = reading.mask_id().expect("samples");
+    FrameKeyRecord {
+        id: FrameKeyId::new(id),
+        operator: operator.operator(),
+        subject: FrameSubject::Actuator { tail, position, part_number, serial_number, mask_id },
+        bundle: None,
+        made_at: now(),
+        revoked_at: None,
+    }
+}
+
+/// An upload that is new.
+fn new_upload(owner: Owner) -> Upload {
+    upload(owner, 1, 50).into_upload(owner.tail(1).parse().expect("a tail")).expect("an upload")
+}
+
+/// The same as a frame.
+pub fn frame(owner: Owner) -> Vec<u8> {
+    let FrameKeyRecord { id, operator, subject, .. } = frame_key(owner, owner);
+    let key = FRAME_KEY.derive(id, &operator, &subject);
+    let frame = Measured::of(&new_upload(owner), &subject).and_then(|measured| measured.frame(50, &key));
+    frame.expect("a frame").bytes().to_vec()
 }
 
 /// A good upload, but for the hours of the one that is set aside.
