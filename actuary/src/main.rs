@@ -25,6 +25,7 @@ mod service;
 mod table;
 mod telemetry;
 mod upkeep;
+mod uplink;
 mod work;
 
 use std::process::ExitCode;

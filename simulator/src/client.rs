@@ -1,17 +1,21 @@
 //! The REST client of a simulated aircraft and its mechanics: fetches the mask, uploads, reports maintenance,
 //! and tries again when told to.
 
-use std::{collections::BTreeSet, time::Duration};
+use std::{collections::BTreeSet, sync::Arc, time::Duration};
 
 use domain::{ContentHash, Coordinate, Mask, Position, SerialNumber, TailNumber};
 use proto::{
     answer::{MaskAnswer, ModelItem, Page},
+    frame::MEDIA_TYPE,
     json::{ComponentBody, MaintenanceBody, Problem, UploadBody},
 };
-use reqwest::{Response, StatusCode, Url};
-use serde::{Serialize, de::DeserializeOwned};
+use reqwest::{RequestBuilder, Response, StatusCode, Url, header::CONTENT_TYPE};
+use serde::de::DeserializeOwned;
 
-use crate::FleetError;
+use crate::{
+    FleetError,
+    uplink::{self, FrameKeys},
+};
 
 /// How often an upload is tried before the service counts as not reachable.
 const ATTEMPTS: u32 = 12;
@@ -23,6 +27,8 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(10);
 pub struct Client {
     http: reqwest::Client,
     base: Url,
+    /// Where aircraft that send frames have their keys from.
+    frames: Option<Arc<dyn FrameKeys>>,
 }
 
 /// What became of something that the service answered with success.
@@ -49,7 +55,12 @@ impl Client {
         if !base.path().ends_with('/') {
             base.set_path(&format!("{}/", base.path()));
         }
-        Self { http, base }
+        Self { http, base, frames: None }
+    }
+
+    /// One by which aircraft send frames instead of JSON.
+    pub fn with_frames(self, keys: Arc<dyn FrameKeys>) -> Self {
+        Self { frames: Some(keys), ..self }
     }
 
     /// The first mask of the active bundle, as bins of a map of `map_length`.
@@ -83,9 +94,17 @@ impl Client {
         })
     }
 
-    /// Uploads.
-    pub async fn upload(&self, tail: &TailNumber, body: &UploadBody) -> Result<Sent, FleetError> {
-        self.post(&format!("v1/tails/{tail}/uploads"), &body.upload_id, body).await
+    /// Uploads after a flight, which is counted over the life of the unit.
+    pub async fn upload(&self, tail: &TailNumber, body: UploadBody, flight: u32) -> Result<Sent, FleetError> {
+        let name = body.upload_id.clone();
+        match &self.frames {
+            None => self.post(&format!("v1/tails/{tail}/uploads"), &name, |post| post.json(&body)).await,
+            Some(keys) => {
+                let frames = uplink::frames(keys.as_ref(), tail, body, flight).await?;
+                let framed = |post: RequestBuilder| post.header(CONTENT_TYPE, MEDIA_TYPE).body(frames.clone());
+                self.post("v1/uploads", &name, framed).await
+            }
+        }
     }
 
     /// Reports a maintenance event.
@@ -95,16 +114,22 @@ impl Client {
         position: &Position,
         body: &MaintenanceBody,
     ) -> Result<Sent, FleetError> {
-        self.post(&format!("v1/tails/{tail}/positions/{position}/maintenance"), &body.event_id, body).await
+        let path = format!("v1/tails/{tail}/positions/{position}/maintenance");
+        self.post(&path, &body.event_id, |post| post.json(body)).await
     }
 
     /// Sends what has a name, and tries again as long as the service is overloaded or away.
-    async fn post(&self, path: &str, name: &str, body: &impl Serialize) -> Result<Sent, FleetError> {
+    async fn post(
+        &self,
+        path: &str,
+        name: &str,
+        filled: impl Fn(RequestBuilder) -> RequestBuilder,
+    ) -> Result<Sent, FleetError> {
         let url = self.url(path);
         let mut pause = FIRST_PAUSE;
         let mut attempts = 0;
         loop {
-            let failed = match self.http.post(url.clone()).json(body).send().await {
+            let failed = match filled(self.http.post(url.clone())).send().await {
                 Ok(answer) if matches!(answer.status(), StatusCode::ACCEPTED | StatusCode::CREATED) => {
                     return Ok(Sent::Accepted);
                 }

@@ -79,7 +79,8 @@ impl Crew {
 
     async fn upload(&self, step: &Step) -> Result<Sent, FleetError> {
         let body = self.measure(step).await?;
-        self.client.upload(&self.plan().tail(step.slot), &body).await
+        let flight = u32::try_from(step.flights).unwrap_or(u32::MAX);
+        self.client.upload(&self.plan().tail(step.slot), body, flight).await
     }
 
     /// What the aircraft sends after a flight.

@@ -13,6 +13,7 @@ mod plan;
 mod roster;
 mod truth;
 mod unit;
+mod uplink;
 mod wing;
 
 pub use client::{Client, Sent};
@@ -23,6 +24,7 @@ pub use lives::{LifeFlight, Lives};
 pub use mission::{Mission, Pace, Surroundings, UnknownMission};
 pub use plan::{FH_PER_DAY, FleetPlan, Upkeep};
 pub use truth::{Truth, write_truth};
+pub use uplink::{Fetched, FrameKeys};
 
 use domain::Invalid;
 use reqwest::{StatusCode, Url};

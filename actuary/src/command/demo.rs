@@ -3,14 +3,17 @@
 use std::{
     fs,
     io::IsTerminal,
-    path::PathBuf,
+    path::{Path, PathBuf},
     time::{Duration, Instant},
 };
 
 use anyhow::{Context, Result};
 use clap::Args;
-use proto::answer::{Page, RulAnswer, TailItem};
-use reqwest::Url;
+use domain::OperatorId;
+use proto::{
+    answer::{Page, RulAnswer, TailItem},
+    frame::InstallationKey,
+};
 use simulator::{Client, Fleet, FleetPlan, Pace, Physics};
 use tokio::task::JoinHandle;
 
@@ -29,6 +32,7 @@ use crate::{
     table,
     telemetry::LogArguments,
     upkeep::UpkeepArguments,
+    uplink::{KeyMaker, Uplink},
 };
 
 /// When the demo's future begins.
@@ -72,6 +76,9 @@ pub struct Arguments {
     upkeep: UpkeepArguments,
     #[command(flatten)]
     flights: FlightArguments,
+    /// How uploads come down: as JSON, or as frames of one ACARS block each, by keys that are made with the fleet.
+    #[arg(long, value_enum, default_value_t)]
+    uplink: Uplink,
     /// Stop after the hours (200 when not given), once nothing is pending.
     #[arg(long)]
     exit: bool,
@@ -94,7 +101,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
         (None, None) => unreachable!("one of the two is there"),
     };
     fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
-    on_runtime(demo(&arguments, hours, Database::file(&folder.join("actuary.sqlite"))))
+    let secret = (arguments.uplink == Uplink::Frame).then(|| secret(&folder.join("frame.key"))).transpose()?;
+    on_runtime(demo(&arguments, hours, Database::file(&folder.join("actuary.sqlite")), secret))
 }
 
 /// Hours to fly, as far as they are limited.
@@ -108,7 +116,24 @@ fn hours(arguments: &Arguments) -> Result<Option<f64>, Failure> {
     }
 }
 
-async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> Result<()> {
+/// The secret in a file, from which keys of frames follow; a new one where there is none.
+fn secret(file: &Path) -> Result<InstallationKey> {
+    let written = || file.display().to_string();
+    if !file.exists() {
+        let mut random = [0; 32];
+        getrandom::fill(&mut random).context("the system gives no random numbers")?;
+        fs::write(file, hex::encode(random) + "\n").with_context(written)?;
+    }
+    let text = fs::read_to_string(file).with_context(written)?;
+    text.trim_end().parse().with_context(written)
+}
+
+async fn demo(
+    arguments: &Arguments,
+    hours: Option<f64>,
+    database: Database,
+    secret: Option<InstallationKey>,
+) -> Result<()> {
     let plan = plan(arguments)?;
     must_admit_all(&database).await?;
     if !plan.missions.is_empty() {
@@ -125,7 +150,7 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> 
             door: Door::loopback(port),
             stale_after: Duration::from_secs(30 * 86_400),
             enrol: true,
-            frame_key: None,
+            frame_key: secret.clone(),
         }),
         probes: None,
         work: Some(Work::default()),
@@ -140,7 +165,13 @@ async fn demo(arguments: &Arguments, hours: Option<f64>, database: Database) -> 
     let url = format!("http://{}", service.api.context("the demo answers nobody")?);
     let screen = Screen { url: url.clone(), json: arguments.json };
     screen.say(&format!("Fleet health at {url}/  (REST: /openapi.json, gRPC with reflection on the same port)"));
-    let flight = tokio::spawn(fly(plan, url, clock, hours, !arguments.exit));
+    let keys = match secret {
+        None => None,
+        Some(secret) => Some(KeyMaker::of(service.store.clone(), secret, OperatorId::default(), clock.shared()).await?),
+    };
+    let client = Client::new(Access::default().client(&url.parse()?, PATIENCE)?, url.parse()?);
+    let client = keys.into_iter().fold(client, Client::with_frames);
+    let flight = tokio::spawn(fly(plan, client, clock, hours, !arguments.exit));
     let onlooker = tokio::spawn(screen.clone().look_on());
     let outcome = tokio::select! {
         landed = finished(flight, &service, arguments.exit) => landed.map(Some),
@@ -190,9 +221,7 @@ async fn must_admit_all(database: &Database) -> Result<()> {
 }
 
 /// Flies the fleet's past as fast as it can, then its future step by step; the clock flies along.
-async fn fly(plan: FleetPlan, url: String, clock: SimulatedClock, hours: Option<f64>, paced: bool) -> Result<Fleet> {
-    let url: Url = url.parse()?;
-    let client = Client::new(Access::default().client(&url, PATIENCE)?, url);
+async fn fly(plan: FleetPlan, client: Client, clock: SimulatedClock, hours: Option<f64>, paced: bool) -> Result<Fleet> {
     let mut fleet = Fleet::launch(plan.clone(), client).await?;
     let mut now_fh = fleet.flown_fh();
     let last_fh = hours.map_or(f64::INFINITY, |hours| now_fh.max(0.0) + hours);

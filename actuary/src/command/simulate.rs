@@ -19,7 +19,7 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    Fleet(fleet::Arguments),
+    Fleet(Box<fleet::Arguments>),
     History(history::Arguments),
     Map(map::Arguments),
     Response(Box<response::Arguments>),
@@ -28,7 +28,7 @@ enum What {
 /// Runs the simulation.
 pub fn run(arguments: Arguments) -> Result<()> {
     match arguments.what {
-        What::Fleet(arguments) => fleet::run(arguments),
+        What::Fleet(arguments) => fleet::run(*arguments),
         What::History(arguments) => history::run(&arguments),
         What::Map(arguments) => map::run(&arguments),
         What::Response(arguments) => response::run(&arguments),

@@ -34,8 +34,8 @@ fn key() -> FrameKey {
 
 /// All that a frame can say: thirty samples of which one is missing, with a load ratio each.
 fn upload() -> Upload {
-    let sample = |i: usize| (i != 7).then(|| 0.0752 + 1e-4 * i as f64);
-    let ratio = |i: usize| (i != 7).then(|| 0.02 * i as f64 - 0.3);
+    let sample = |i: usize| (i != 7).then_some(0.0752 + 1e-4 * i as f64);
+    let ratio = |i: usize| (i != 7).then_some(0.02 * i as f64 - 0.3);
     Upload {
         tail: "EC-MXA".parse().unwrap(),
         upload_id: key().id().upload_id(123),

@@ -92,6 +92,20 @@ async fn the_page_of_credentials_can_be_pasted_into_a_shell() {
 }
 
 #[test]
+fn the_uplink_page_can_be_pasted_into_a_shell() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = fs::read_to_string(root().join("docs/uplink.md")).unwrap();
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let bin = tests::binary();
+    let path = format!("export PATH={}:$PATH ACTUARY_PORT={port}\n", bin.parent().expect("a folder").display());
+    let stop = "trap 'kill $(jobs -p) 2> /dev/null || true' EXIT\n";
+    let said = bash(folder.path(), &format!("{path}{stop}{}", script(&page.replace("8080", &port.to_string()))));
+    assert!(said.contains("EMA-500 SN-0001 at AIL-L of EC-MXA") && said.contains("the strain of EC-MXA"), "{said}");
+    assert!(said.contains("1234.5 h") && said.contains(r#""status":"accepted""#), "{said}");
+    assert!(said.contains(r#""flight_hours":1234.5"#), "what became of it: {said}");
+}
+
+#[test]
 fn slow_the_training_page_can_be_pasted_into_a_shell() {
     let folder = tempfile::tempdir().unwrap();
     let page = fs::read_to_string(root().join("docs/training.md")).unwrap();

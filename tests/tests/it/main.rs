@@ -25,4 +25,5 @@ mod recorded_lives;
 mod simulation;
 mod token;
 mod upkeep;
+mod uplink;
 mod what_if;

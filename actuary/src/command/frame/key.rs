@@ -18,6 +18,7 @@ use crate::{
     frame_key::FrameKeyFile,
     say::{self, note},
     table,
+    uplink::new_id,
 };
 
 /// Make, list and revoke the keys that write frames. Works beside a running service, which follows at once.
@@ -141,7 +142,7 @@ impl Create {
             _ => (FrameSubject::Strain { tail: self.tail.clone() }, None),
         };
         Ok(FrameKeyRecord {
-            id: random()?,
+            id: new_id()?,
             operator: self.operator.clone(),
             subject,
             bundle,
@@ -221,11 +222,4 @@ impl Revoke {
             }
         }
     }
-}
-
-/// A name that nothing has.
-fn random() -> Result<FrameKeyId> {
-    let mut bytes = [0; 8];
-    getrandom::fill(&mut bytes).context("the system gives no random numbers")?;
-    Ok(FrameKeyId::new(bytes))
 }

@@ -4,19 +4,22 @@ use std::{path::PathBuf, time::Duration};
 
 use anyhow::Result;
 use clap::Args;
-use domain::Timestamp;
+use domain::{OperatorId, Timestamp};
 use simulator::{Client, Fleet, FleetError, FleetPlan, Pace};
 
 use super::PhysicsName;
 use crate::{
     clock,
+    database::Database,
     exit::Failure,
     files::output::OutputFile,
     flights::FlightArguments,
+    frame_key::FrameKeyFile,
     http::{self, Access, Address},
     say::say,
     telemetry::LogArguments,
     upkeep::UpkeepArguments,
+    uplink::{KeyMaker, Uplink},
 };
 
 /// How long an answer may take.
@@ -54,6 +57,17 @@ pub struct Arguments {
     upkeep: UpkeepArguments,
     #[command(flatten)]
     flights: FlightArguments,
+    /// How uploads come down: as JSON, or as frames of one ACARS block each. Their keys are made in the service's database,
+    /// from the secret that it was started with.
+    #[arg(long, value_enum, default_value_t)]
+    uplink: Uplink,
+    #[command(flatten)]
+    secret: FrameKeyFile,
+    /// Whose aircraft fly: the operator of the token.
+    #[arg(long, env = "ACTUARY_OPERATOR", default_value = "default")]
+    operator: OperatorId,
+    #[command(flatten)]
+    database: Database,
     /// Where to write the hidden truth.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
@@ -87,6 +101,13 @@ async fn fly(arguments: Arguments) -> Result<()> {
     let url = arguments.url.url()?;
     let truth = arguments.truth.as_deref().map(OutputFile::new).transpose()?;
     let client = Client::new(arguments.access.client(&url, PATIENCE)?, url);
+    let client = match arguments.uplink {
+        Uplink::Json => client,
+        Uplink::Frame => {
+            let (secret, store) = (arguments.secret.required()?, arguments.database.open_beside().await?);
+            client.with_frames(KeyMaker::of(store, secret, arguments.operator.clone(), clock::system()).await?)
+        }
+    };
     let mut fleet = Fleet::launch(plan, client).await.map_err(failure)?;
     let flown = fleet.fly_until(arguments.hours).await.map_err(failure)?;
     if let Some(truth) = &truth {
