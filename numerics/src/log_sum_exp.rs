@@ -9,8 +9,12 @@ pub fn log_sum(logs: &[f64]) -> f64 {
 
 /// Exponentials of logs, scaled to sum to one.
 pub fn normalised(logs: &[f64]) -> Vec<f64> {
-    let total = log_sum(logs);
-    logs.iter().map(|log| libm::exp(log - total)).collect()
+    shares(logs, log_sum(logs))
+}
+
+/// The same where the log of their sum is known.
+pub fn shares(logs: &[f64], log_sum: f64) -> Vec<f64> {
+    logs.iter().map(|log| libm::exp(log - log_sum)).collect()
 }
 
 #[cfg(test)]

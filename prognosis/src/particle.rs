@@ -94,13 +94,31 @@ impl Particle {
     }
 }
 
+/// Logs of what the rates of a group weigh together, under each hypothesis.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Totals {
+    pub minor: f64,
+    pub dominant: f64,
+}
+
+impl Totals {
+    /// Those of each group.
+    pub fn of(modes: &[Mode]) -> Vec<Self> {
+        let total = |bank: &Bank| log_sum(&bank.log_weights);
+        modes.iter().map(|mode| Self { minor: total(&mode.minor), dominant: total(&mode.dominant) }).collect()
+    }
+}
+
 /// Log of prior times likelihood of each group being the dominant one.
 pub(crate) fn log_dominance(modes: &[Mode]) -> Vec<f64> {
-    let minor: Vec<f64> = modes.iter().map(|mode| log_sum(&mode.minor.log_weights)).collect();
-    let all_minor: f64 = minor.iter().sum();
-    let instead =
-        |(mode, minor): (&Mode, &f64)| mode.log_dominance + log_sum(&mode.dominant.log_weights) + (all_minor - minor);
-    modes.iter().zip(&minor).map(instead).collect()
+    log_dominance_by(modes, &Totals::of(modes))
+}
+
+/// The same where the groups' totals are known.
+pub(crate) fn log_dominance_by(modes: &[Mode], totals: &[Totals]) -> Vec<f64> {
+    let all_minor: f64 = totals.iter().map(|totals| totals.minor).sum();
+    let instead = |(mode, totals): (&Mode, &Totals)| mode.log_dominance + totals.dominant + (all_minor - totals.minor);
+    modes.iter().zip(totals).map(instead).collect()
 }
 
 /// Log of the probability of everything that the particles have seen, up to a constant.

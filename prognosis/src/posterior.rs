@@ -1,7 +1,10 @@
 //! What the filter knows about a life at the centre of its last block.
 
 use domain::{FaultGroup, FaultModel, FaultTrend, Propagation};
-use numerics::{Stream, log_sum_exp::normalised};
+use numerics::{
+    Stream,
+    log_sum_exp::{log_sum, normalised, shares},
+};
 
 use crate::{
     bank::{Axis, Bank},
@@ -9,7 +12,7 @@ use crate::{
     kalman::Track,
     moments::Moments,
     pace::{Coefficient, LOADS, PaceLaw},
-    particle::{Change, Particle, log_dominance},
+    particle::{Change, Particle, Totals, log_dominance_by},
     wear_clock::Stretch,
 };
 
@@ -251,19 +254,30 @@ impl Posterior {
 
 /// The particles of a filter, with weights that sum to one.
 pub(crate) fn weighted(particles: &[Particle]) -> Vec<ParticlePosterior> {
-    let log_weights: Vec<f64> = particles.iter().map(Particle::log_weight).collect();
+    let totals: Vec<Vec<Totals>> = particles.iter().map(|particle| Totals::of(&particle.modes)).collect();
+    let log_dominance = |(particle, totals): (&Particle, &Vec<Totals>)| log_dominance_by(&particle.modes, totals);
+    let log_dominance: Vec<Vec<f64>> = particles.iter().zip(&totals).map(log_dominance).collect();
+    let log_sums: Vec<f64> = log_dominance.iter().map(|logs| log_sum(logs)).collect();
+    let log_weights: Vec<f64> = particles.iter().zip(&log_sums).map(|(one, sum)| one.log_prior + sum).collect();
     let weights = normalised(&log_weights);
-    particles.iter().zip(weights).map(|(particle, weight)| ParticlePosterior::of(particle, weight)).collect()
+    let of = |index: usize| {
+        let dominance = shares(&log_dominance[index], log_sums[index]);
+        ParticlePosterior::of(&particles[index], weights[index], &totals[index], &dominance)
+    };
+    (0..particles.len()).map(of).collect()
 }
 
 impl ParticlePosterior {
-    fn of(particle: &Particle, weight: f64) -> Self {
-        let bank = |bank: &Bank| BankPosterior { weights: normalised(&bank.log_weights), axes: bank.axes.clone() };
-        let dominance = normalised(&log_dominance(&particle.modes));
-        let modes = particle.modes.iter().zip(dominance).map(|(mode, dominant_probability)| ModePosterior {
+    fn of(particle: &Particle, weight: f64, totals: &[Totals], dominance: &[f64]) -> Self {
+        let bank = |bank: &Bank, total: f64| BankPosterior {
+            weights: shares(&bank.log_weights, total),
+            axes: bank.axes.clone(),
+        };
+        let modes = particle.modes.iter().zip(totals).zip(dominance);
+        let modes = modes.map(|((mode, totals), &dominant_probability)| ModePosterior {
             dominant_probability,
-            minor: bank(&mode.minor),
-            dominant: bank(&mode.dominant),
+            minor: bank(&mode.minor, totals.minor),
+            dominant: bank(&mode.dominant, totals.dominant),
         });
         Self { weight, growth: particle.growth, latest_change: particle.latest_change, modes: modes.collect() }
     }
