@@ -1,7 +1,8 @@
 //! The hot kernels of the online service, each under a name of its own: what they cost in time and in instructions.
 //!
-//! `cargo run --example kernels` prints the time of each and of the parts of a forecast; under `valgrind --tool=callgrind`,
-//! with the word `once`, every kernel runs a fixed number of times, which `scripts/instructions` counts.
+//! `cargo run --workspace --example kernels` prints the time of each, and that of a naive Monte Carlo of as many draws.
+//! With the word `once` every kernel runs a fixed number of times, which `scripts/instructions` counts under valgrind;
+//! with `forecast` only forecasts are made, for a profiler.
 
 #![allow(clippy::disallowed_methods, reason = "what is measured here is time")]
 
@@ -16,7 +17,8 @@ use ema::{closed_form, faults::ElectricalFaults};
 use numerics::Stream;
 use pipeline::{Measurement, Model};
 use prognosis::{
-    Block, Boundary, Filter, FleetPrior, Forecast, ForecastSettings, Margin, Observation, blocks, forecast,
+    Block, Boundary, EntryEstimate, Filter, FleetPrior, Forecast, ForecastSettings, Margin, Moments, Observation,
+    Posterior, blocks, forecast,
 };
 
 /// Flight hours of the life that is followed, and between its observations.
@@ -61,41 +63,61 @@ impl Bench {
         self.model.prior().body.first()
     }
 
+    /// Runs each kernel so many times, and says how many.
     fn once(&self) {
-        (0..20).for_each(|_| drop(black_box(self.surrogate_sums())));
-        (0..2).for_each(|_| drop(black_box(self.forecast_1000())));
-        (0..200).for_each(|_| self.estimate());
-        (0..20).for_each(|_| drop(black_box(self.filter_block())));
+        let run = |name: &str, times: usize, kernel: &dyn Fn()| {
+            (0..times).for_each(|_| kernel());
+            println!("{name} {times}");
+        };
+        run("surrogate_sums", 20, &|| drop(black_box(self.surrogate_sums())));
+        run("forecast_1000", 2, &|| drop(black_box(self.forecast_1000())));
+        run("estimate", 200, &|| self.estimate());
+        run("filter_block", 20, &|| drop(black_box(self.filter_block())));
     }
 
     fn time(&self) {
-        let per = |name: &str, calls: f64, run: &dyn Fn()| {
-            let mut best = f64::INFINITY;
-            for _ in 0..40 {
-                let start = Instant::now();
-                run();
-                best = best.min(start.elapsed().as_secs_f64());
-            }
-            println!("{name:<34} {:10.2} us", 1e6 * best / calls);
-        };
-        per("surrogate: one look", 64.0, &|| drop(black_box(self.surrogate_sums())));
-        per("forecast: one draw of 1,000", 1000.0, &|| drop(black_box(self.forecast_1000())));
-        per("estimate: Gappy POD and network", 1.0, &|| self.estimate());
-        per("filter: one block", 1.0, &|| drop(black_box(self.filter_block())));
-        self.parts();
+        let look_us = least_us(40, &|| drop(black_box(self.surrogate_sums()))) / 64.0;
+        let forecast_us = least_us(20, &|| drop(black_box(self.forecast_1000())));
+        let looks = self.looks();
+        println!("look_us {look_us:.3}");
+        println!("forecast_1000_ms {:.2}", 1e-3 * forecast_us);
+        println!("looks_per_draw {looks:.2}");
+        println!("sums_of_a_forecast_ms {:.2}", looks * look_us);
+        println!("estimate_us {:.1}", least_us(200, &|| self.estimate()));
+        println!("filter_block_us {:.0}", least_us(20, &|| drop(black_box(self.filter_block()))));
+        println!("naive_plain_sum_ms {:.1}", 1e-3 * least_us(5, &|| drop(black_box(self.naive(&plain_sum)))));
+        let margin = |k: &[f64; 5]| self.model.boundary().margin(k);
+        println!("naive_surrogate_ms {:.1}", 1e-3 * least_us(2, &|| drop(black_box(self.naive(&margin)))));
     }
 
-    /// How often a forecast looks at the boundary, and what it would cost if that were free.
-    fn parts(&self) {
-        let counted =
-            Counted { boundary: self.model.boundary(), looks: AtomicUsize::new(0), margins: AtomicUsize::new(0) };
+    /// Looks and margins that a forecast asks the boundary for, per draw.
+    fn looks(&self) -> f64 {
+        let counted = Counted { boundary: self.model.boundary(), asked: AtomicUsize::new(0) };
         self.forecast_by(&counted);
-        let per_draw = |count: &AtomicUsize| count.load(Relaxed) as f64 / 1000.0;
-        println!(
-            "looks at the boundary per draw {:.2}, and margins {:.2}",
-            per_draw(&counted.looks),
-            per_draw(&counted.margins)
-        );
+        counted.asked.load(Relaxed) as f64 / 1000.0
+    }
+
+    /// A thousand draws in steps of ten hours, as in a textbook: each fault for itself, the event at the end of a step.
+    fn naive(&self, margin: &dyn Fn(&[f64; 5]) -> f64) -> Vec<f64> {
+        const STEP_FH: f64 = 10.0;
+        let (entries, noise) = (self.filter.posterior().entries(), self.prior().process_noise * STEP_FH.sqrt());
+        let mut random = Stream::new(5, &["naive"]);
+        let mut end_fh = || {
+            let mut draw = |of: fn(&EntryEstimate) -> Moments| -> [f64; 5] {
+                std::array::from_fn(|i| of(&entries[i]).mean + of(&entries[i]).sigma * random.normal())
+            };
+            let (mut x, rate, bias) = (draw(|e| e.deviation), draw(|e| e.rate_per_h), draw(|e| e.bias_per_h));
+            let mut t_fh = 0.0;
+            while t_fh < 10_000.0 && margin(&std::array::from_fn(|i| x[i] + if i < 3 { 0.0 } else { 0.5 })) > 0.0 {
+                for i in 0..5 {
+                    x[i] += STEP_FH * (rate[i] * x[i] + bias[i]) + noise * random.normal();
+                    x[i] = if i < 3 { x[i].abs() } else { x[i] };
+                }
+                t_fh += STEP_FH;
+            }
+            t_fh
+        };
+        (0..1000).map(|_| end_fh()).collect()
     }
 
     /// The margin and its derivatives at 64 fault vectors.
@@ -129,28 +151,42 @@ impl Bench {
 
     /// The filter after one more block, with all that is known then.
     #[inline(never)]
-    fn filter_block(&self) -> prognosis::Posterior {
+    fn filter_block(&self) -> Posterior {
         let mut filter = self.filter.clone();
         filter.update(black_box(&self.last));
         filter.posterior()
     }
 }
 
+/// Least time of so many runs, microseconds: what a machine that others use does when they do not.
+fn least_us(runs: usize, kernel: &dyn Fn()) -> f64 {
+    let time = |_| {
+        let start = Instant::now();
+        kernel();
+        1e6 * start.elapsed().as_secs_f64()
+    };
+    (0..runs).map(time).fold(f64::INFINITY, f64::min)
+}
+
+/// One minus eight times the sum of the faults.
+fn plain_sum(k: &[f64; 5]) -> f64 {
+    1.0 - 8.0 * (k[0] + k[1] + k[2]) - 2.0 * ((k[3] - 0.5).abs() + (k[4] - 0.5).abs())
+}
+
 /// A boundary that counts how often it is asked.
 struct Counted<'a> {
     boundary: &'a dyn Boundary,
-    looks: AtomicUsize,
-    margins: AtomicUsize,
+    asked: AtomicUsize,
 }
 
 impl Boundary for Counted<'_> {
     fn margin(&self, k: &[f64]) -> f64 {
-        self.margins.fetch_add(1, Relaxed);
+        self.asked.fetch_add(1, Relaxed);
         self.boundary.margin(k)
     }
 
     fn look(&self, k: &[f64], gradient: &mut [f64]) -> Margin {
-        self.looks.fetch_add(1, Relaxed);
+        self.asked.fetch_add(1, Relaxed);
         self.boundary.look(k, gradient)
     }
 }
