@@ -26,7 +26,8 @@ impl Frames {
         let mut rest = body;
         while frames.is_empty() || !rest.is_empty() {
             let (frame, left) = Frame::parse_first(rest)?;
-            (frames, rest) = ([frames, vec![frame]].concat(), left);
+            frames.push(frame);
+            rest = left;
         }
         Ok(Self(frames))
     }

@@ -138,9 +138,9 @@ fn slow_frames_cost_a_diagnosis_nothing_and_a_forecast_little() {
             println!(
                 "life {slot}, {share}: p10 and p50 {json:.0?} h by JSON, {frame:.0?} h by frames, {touched:.0?} h touched"
             );
-            for i in 0..2 {
-                shifts[i].push((frame[i] - json[i]) / json[i]);
-                idle[i].push((touched[i] - json[i]) / json[i]);
+            for (moved, to) in [(&mut shifts, frame), (&mut idle, touched)] {
+                let relative = to.iter().zip(&json).map(|(to, from)| (to - from) / from);
+                moved.iter_mut().zip(relative).for_each(|(moved, relative)| moved.push(relative));
             }
         }
     }
