@@ -72,7 +72,7 @@ async fn plain(batch: &mut [Box<dyn Job>], connection: &mut Connection) -> Resul
     for Held { number, place } in held(connection, &rows, &sent).await? {
         let index = usize::try_from(number - 1).unwrap_or(usize::MAX);
         let Some(Accept { component, upload, .. }) = sent.get(index) else { continue };
-        is_plain[index] = known[index] && place.is_seen_to_hold(component, upload)?;
+        is_plain[index] = known[index] && place.seen_to_hold(component, upload)?;
     }
     let mut names = HashSet::new();
     for (is_plain, upload_id) in is_plain.iter_mut().zip(&rows.upload_ids) {

@@ -45,7 +45,7 @@ impl Engine {
 impl InstallationRow {
     /// Whether it holds a component at the moment of an upload, because uploads say so; it began before.
     #[allow(dead_code, reason = "SQLite stores uploads one after the other")]
-    pub(crate) fn is_seen_to_hold(self, component: &Component, upload: &Upload) -> Result<bool, StoreError> {
+    pub(crate) fn seen_to_hold(self, component: &Component, upload: &Upload) -> Result<bool, StoreError> {
         let period = self.period()?;
         let is_seen = period.from.by == By::Upload && period.component == *component;
         Ok(is_seen && period.lasts_beyond(&observed::moment(upload)))
