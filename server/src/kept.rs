@@ -120,7 +120,7 @@ impl Kept {
         let (mut head, body) = answer.into_response().into_parts();
         let body = axum::body::to_bytes(body, usize::MAX).await.map_err(|_| Refusal::Internal)?;
         head.headers.remove(CONTENT_LENGTH);
-        let hash = ContentHash::of_parts([key.operator.as_str().as_bytes(), key.target.as_bytes(), &body]);
+        let hash = ContentHash::of_parts([key.operator.as_str().as_bytes(), &body]);
         let tag = hash.to_string()[..TAG_CHARACTERS].to_owned();
         let (begun, until) = (present.now(), present.until());
         Ok(Self { begun, until, tag, headers: head.headers, body, encoded: Default::default() })
