@@ -1,11 +1,14 @@
-use domain::{OperatorId, SetAsideReason, Upload};
+use domain::{EventKind, Finding, MaintenanceEvent, OperatorId, SetAsideReason, Upload};
+use futures_util::future::join_all;
+use numerics::Stream;
 use store::{Options, Receipt, StoreError, UploadState};
 use test_case::test_case;
 use tokio::task::JoinSet;
 
 use crate::fixture::{
     Backend::{self, *},
-    Database, bundle, day, drain, estimate, lease, life_inputs, operator, results, samples, set_aside, upload,
+    Database, bundle, component, day, drain, estimate, finding, later_upload, lease, life_inputs, operator, results,
+    samples, set_aside, tail, upload,
 };
 
 #[test_case(Sqlite; "sqlite")]
@@ -170,4 +173,60 @@ async fn many_callers_at_once_are_all_stored(backend: Backend) {
     assert_eq!(answers.iter().filter(|answer| **answer == Receipt::Accepted).count(), 600);
     assert_eq!(answers.iter().filter(|answer| **answer == Receipt::Duplicate).count(), 200);
     assert_eq!(store.pending().await.unwrap(), 600);
+}
+
+/// Uploads of three units that mostly stay where they are, sometimes change places, repeat a name with the same content or
+/// with another; an overhaul parts the life of one.
+fn mixed(stream: &mut Stream) -> Vec<Upload> {
+    let mut uploads: Vec<Upload> = Vec::new();
+    for i in 0..120_usize {
+        let unit = stream.below(4);
+        let place = if stream.uniform() < 0.1 { stream.below(4) } else { unit };
+        let upload = Upload {
+            tail: tail(["EC-MXA", "EC-MXB"][place % 2]),
+            position: ["AIL-L", "AIL-R"][place / 2].parse().unwrap(),
+            ..later_upload(&format!("u{i:03}"), &format!("000{unit}"), 3.0 * i as f64)
+        };
+        let again = uploads.get(stream.below(i + 1)).cloned().filter(|_| stream.uniform() < 0.15);
+        let other = |again: Upload| Upload { flight_hours: again.flight_hours + 1.0, ..again };
+        uploads.extend(again.map(|again| if stream.uniform() < 0.3 { other(again) } else { again }));
+        uploads.push(upload);
+    }
+    uploads
+}
+
+#[test_case(Sqlite; "sqlite")]
+#[test_case(Postgres; "postgres")]
+#[tokio::test]
+async fn uploads_that_come_at_once_leave_what_they_leave_one_by_one(backend: Backend) {
+    let mut stream = Stream::new(15, &["at once"]);
+    let uploads = mixed(&mut stream);
+    let (mut kept, mut all_told) = (Vec::new(), Vec::new());
+    for at_once in [1, uploads.len()] {
+        let database = Database::new(backend);
+        let store = database.ready().await;
+        let overhaul = MaintenanceEvent { kind: EventKind::Overhaul, ..finding("o", "0001", Finding::Failed, 100.0) };
+        store.accept(&operator(), later_upload("first", "0001", 0.0), day(0.0)).await.unwrap();
+        store.record_event(&operator(), &overhaul, day(0.0)).await.unwrap();
+        let mut told = Vec::new();
+        for some in uploads.chunks(at_once) {
+            let accept = some.iter().map(|upload| store.accept(&operator(), upload.clone(), day(1.0)));
+            told.extend(join_all(accept).await.into_iter().map(Result::unwrap));
+        }
+        assert_eq!(store.verify().await.unwrap().damaged, []);
+        let mut known = Vec::new();
+        for serial in ["0000", "0001", "0002", "0003"] {
+            known.push(store.component(&component(serial)).await.unwrap().unwrap());
+        }
+        let pending = store.pending().await.unwrap();
+        drain(&store).await;
+        assert_eq!(store.verify().await.unwrap().damaged, []);
+        kept.push((known, pending, store.digest().await.unwrap()));
+        all_told.push(told);
+    }
+    assert_eq!(all_told[0], all_told[1]);
+    assert!(kept[0] == kept[1], "{kept:#?}");
+    let count = |receipt: &Receipt| all_told[0].iter().filter(|told| *told == receipt).count();
+    let counts = [Receipt::Accepted, Receipt::Duplicate, Receipt::Conflict].map(|receipt| count(&receipt));
+    assert!(counts.iter().all(|count| *count > 2), "{counts:?}");
 }
