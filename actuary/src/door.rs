@@ -49,7 +49,7 @@ pub struct DoorArguments {
     /// name will do, once there are tokens or a client authority; before, those of this machine only.
     #[arg(long = "host", env = "ACTUARY_HOSTS", value_name = "NAME", value_delimiter = ',')]
     hosts: Vec<HostName>,
-    /// An origin of pages elsewhere that may call the service, such as a dashboard's: https://dash.example; may be given
+    /// An origin of pages elsewhere that may call the service, such as a dashboard's, `https://dash.example`; may be given
     /// several times. Without any, none may.
     #[arg(long = "allow-origin", env = "ACTUARY_ALLOW_ORIGINS", value_name = "ORIGIN", value_delimiter = ',')]
     origins: Vec<Origin>,
