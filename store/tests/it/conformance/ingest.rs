@@ -206,11 +206,12 @@ async fn uploads_that_come_at_once_leave_what_they_leave_one_by_one(backend: Bac
         let database = Database::new(backend);
         let store = database.ready().await;
         let overhaul = MaintenanceEvent { kind: EventKind::Overhaul, ..finding("o", "0001", Finding::Failed, 100.0) };
-        store.accept(&operator(), later_upload("first", "0001", 0.0), day(0.0)).await.unwrap();
-        store.record_event(&operator(), &overhaul, day(0.0)).await.unwrap();
+        let operator = operator();
+        store.accept(&operator, later_upload("first", "0001", 0.0), day(0.0)).await.unwrap();
+        store.record_event(&operator, &overhaul, day(0.0)).await.unwrap();
         let mut told = Vec::new();
         for some in uploads.chunks(at_once) {
-            let accept = some.iter().map(|upload| store.accept(&operator(), upload.clone(), day(1.0)));
+            let accept = some.iter().map(|upload| store.accept(&operator, upload.clone(), day(1.0)));
             told.extend(join_all(accept).await.into_iter().map(Result::unwrap));
         }
         assert_eq!(store.verify().await.unwrap().damaged, []);
