@@ -11,7 +11,7 @@ use axum::{
     middleware::Next,
     response::Response,
 };
-use metric::MetricKind;
+use metric::{Metric, MetricKind};
 use metrics::{Unit, describe_counter, describe_gauge, describe_histogram, gauge, histogram};
 use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, PrometheusHandle};
 use tonic::Code;
@@ -23,6 +23,10 @@ const BUCKETS_S: [f64; 15] =
     [0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0];
 /// Upper ends of the buckets of every number of things.
 const BUCKETS: [f64; 10] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
+/// Figures that scripts and alerts of the release before ask for by another name.
+const FORMER: [(&str, Metric); 2] =
+    [("pending_uploads", metric::PENDING_UPLOADS), ("set_aside_total", metric::SET_ASIDE_UPLOADS)];
+
 /// The recorder of the process.
 #[derive(Clone)]
 pub struct Metrics(PrometheusHandle);
@@ -56,7 +60,17 @@ impl Metrics {
 
     /// The figures that were recorded, in Prometheus' text format.
     pub fn render(&self) -> String {
-        self.0.render()
+        let mut text = self.0.render();
+        for (former, metric) in FORMER {
+            let value = text.lines().find_map(|line| line.strip_prefix(metric.name)?.strip_prefix(' '));
+            if let Some(value) = value.map(str::to_owned) {
+                let name = metric.name;
+                text += &format!(
+                    "# HELP {former} Former name of {name}; it goes with the next release.\n{former} {value}\n"
+                );
+            }
+        }
+        text
     }
 
     /// Sorts what was recorded since the last time into buckets; until then it takes memory.

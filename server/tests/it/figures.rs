@@ -70,6 +70,7 @@ async fn the_service_tells_of_itself() {
     assert!(figures.value("actuary_commit_seconds_bucket", &[("le", "0.5")]).is_some(), "histograms have buckets");
     assert!(figures.value("actuary_commit_seconds_count", &[]).unwrap() >= 3.0);
     assert_eq!(figures.value("actuary_pending_uploads", &[]), Some(4.0));
+    assert_eq!(figures.value("pending_uploads", &[]), Some(4.0), "by its former name, too");
     assert_eq!(figures.value("actuary_oldest_pending_seconds", &[]), Some(86_400.0));
     assert_eq!(figures.value("actuary_set_aside_uploads", &[]), Some(0.0));
     assert_eq!(figures.value("actuary_build_info", &[("version", env!("CARGO_PKG_VERSION"))]), Some(1.0));
@@ -83,6 +84,7 @@ async fn the_service_tells_of_itself() {
     assert_eq!(figures.value("actuary_pending_uploads", &[]), Some(0.0));
     assert_eq!(figures.value("actuary_oldest_pending_seconds", &[]), Some(0.0));
     assert_eq!(figures.value("actuary_set_aside_uploads", &[]), Some(1.0));
+    assert_eq!(figures.value("set_aside_total", &[]), Some(1.0), "by its former name, too");
 
     assert_eq!(house.upload("EC-MXA", &house.body("u3", 30.0)).await.status(), 202);
     house.work(Ok(forecast(80))).await;
