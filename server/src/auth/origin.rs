@@ -36,10 +36,12 @@ impl FromStr for Origin {
             _ => return Err(NoOrigin::Form),
         };
         let authority: Authority = host.parse().map_err(|_| NoOrigin::Form)?;
-        if authority.host().is_empty() || host.contains('@') || host.ends_with(':') {
-            return Err(NoOrigin::Form);
-        }
-        let port = authority.port().map(|port| port.as_str().parse::<u16>()).transpose().map_err(|_| NoOrigin::Form)?;
+        let behind_host = host.strip_prefix(authority.host()).filter(|_| !authority.host().is_empty());
+        let port: Option<u16> = match behind_host.ok_or(NoOrigin::Form)?.strip_prefix(':') {
+            Some(port) => Some(port.parse().map_err(|_| NoOrigin::Form)?),
+            None if behind_host == Some("") => None,
+            None => return Err(NoOrigin::Form),
+        };
         let host = authority.host();
         // Browsers leave the usual port out.
         Ok(Self(match port.filter(|port| *port != usual_port) {

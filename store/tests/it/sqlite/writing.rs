@@ -141,7 +141,7 @@ async fn every_commit_is_measured() {
     let store = database.ready().await;
     let commits = || {
         let text = figures.render();
-        let line = text.lines().find(|line| line.starts_with("commit_seconds_count")).unwrap();
+        let line = text.lines().find(|line| line.starts_with("actuary_commit_seconds_count")).unwrap();
         line.rsplit(' ').next().unwrap().parse::<u64>().unwrap()
     };
     let before = commits();

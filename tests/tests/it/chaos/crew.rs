@@ -188,6 +188,6 @@ impl Crew {
 /// What a service says of the work that waits; `None` when it does not know.
 async fn pending(url: &str) -> Option<u64> {
     let text = tests::http().get(format!("{url}/metrics")).send().await.ok()?.text().await.ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("pending_uploads "))?;
+    let line = text.lines().find_map(|line| line.strip_prefix("actuary_pending_uploads "))?;
     line.parse::<f64>().ok().filter(|number| number.is_finite()).map(|number| number as u64)
 }
