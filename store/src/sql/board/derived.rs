@@ -62,7 +62,7 @@ pub(crate) async fn rows(
     Ok(Some((UnitRow::new(component, pointer, fence, &unit)?, curve)))
 }
 
-/// The installation that holds a component now, or the one that another component ended and no removal followed; with
+/// The last installation of a component, which holds it now, or which another component ended and no removal followed; with
 /// its newest life and the prognosis that is served of it.
 async fn placed(connection: &mut Connection, component: &Component) -> Result<Option<Placed>, StoreError> {
     let query = sqlx::query_as(concat!(
@@ -70,7 +70,9 @@ async fn placed(connection: &mut Connection, component: &Component) -> Result<Op
                 i.checksum as place_checksum, ",
         life_columns!(),
         ",      p.fence, p.issued_at, p.body, p.checksum, p.forecast_from_fh
-         from installations i
+         from (select * from installations n
+               where n.operator = $1 and n.part_number = $2 and n.serial_number = $3
+               order by n.from_at desc, n.from_by desc, n.from_name desc limit 1) i
          join lives l on l.operator = i.operator and l.part_number = i.part_number
               and l.serial_number = i.serial_number
               and l.overhaul_index = (select max(n.overhaul_index) from lives n
@@ -79,18 +81,11 @@ async fn placed(connection: &mut Connection, component: &Component) -> Result<Op
          left join prognoses p on p.operator = l.operator and p.part_number = l.part_number
               and p.serial_number = l.serial_number and p.overhaul_index = l.overhaul_index
               and p.generation = l.generation and p.fence = l.prognosis_fence
-         where i.operator = $1 and i.part_number = $2 and i.serial_number = $3
-           and (i.to_at is null
-                or not exists (
-                     select 1 from installations n
-                     where n.operator = i.operator and n.part_number = i.part_number
-                       and n.serial_number = i.serial_number
-                       and (n.to_at is null
-                            or (n.from_at, n.from_by, n.from_name) > (i.from_at, i.from_by, i.from_name)))
-                   and not exists (
-                     select 1 from movements m
-                     where m.operator = i.operator and m.part_number = i.part_number
-                       and m.serial_number = i.serial_number and m.inward = 0 and m.occurred_at >= i.to_at))"
+         where i.to_at is null
+            or not exists (
+                 select 1 from movements m
+                 where m.operator = i.operator and m.part_number = i.part_number
+                   and m.serial_number = i.serial_number and m.inward = 0 and m.occurred_at >= i.to_at)"
     ));
     Ok(query.bind_component(component).fetch_optional(connection).await?)
 }

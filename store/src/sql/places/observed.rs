@@ -314,7 +314,16 @@ pub(crate) async fn tails_of(
     connection: &mut Connection,
     component: &Component,
 ) -> Result<BTreeSet<TailNumber>, StoreError> {
-    Ok(of_component(connection, component).await?.into_iter().map(|period| period.place.tail).collect())
+    let tails: Vec<String> = sqlx::query_scalar(
+        "select distinct tail from observed_installations
+         where operator = $1 and part_number = $2 and serial_number = $3",
+    )
+    .bind(component.operator.as_str())
+    .bind(component.part_number.as_str())
+    .bind(component.serial_number.as_str())
+    .fetch_all(connection)
+    .await?;
+    tails.iter().map(|tail| parse(OBSERVED, tail)).collect()
 }
 
 /// A component's first upload after an event. (No upload has an empty name, and at the same time events come first.)

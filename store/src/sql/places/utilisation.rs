@@ -15,6 +15,8 @@ use crate::StoreError;
 
 /// The time to look back from the day of the tail's newest upload.
 const WINDOW_US: i64 = 90 * DAY_US;
+/// Most stays of components that are read, the newest: where units take turns, an upload must not cost ever more.
+const MOST: usize = 100;
 /// Less data than of 14 days, the last of which has only begun, says nothing.
 const SHORTEST_US: i64 = 13 * DAY_US;
 
@@ -50,16 +52,18 @@ pub(crate) async fn flown(
 }
 
 async fn read(connection: &mut Connection, operator: &OperatorId, tail: &TailNumber) -> Result<Flown, StoreError> {
-    let periods = observed::periods_of_tail(connection, operator, tail).await?;
+    let mut periods = observed::periods_of_tail(connection, operator, tail).await?;
+    periods.sort_by_key(|period| (period.from_at, period.to.0));
+    let periods = &periods[periods.len().saturating_sub(MOST)..];
     let mut newest: Option<Timestamp> = None;
-    for period in &periods {
+    for period in periods {
         let last = reading(connection, period, (period.from_at, period.to.0), Extreme::Last).await?;
         newest = newest.max(last.map(|last| last.at));
     }
     let Some(newest) = newest else { return Ok(Flown::default()) };
     let until = newest.micros() - newest.micros().rem_euclid(DAY_US);
     let mut spans = Vec::new();
-    for period in &periods {
+    for period in periods {
         let within = (period.from_at.max(until - WINDOW_US), period.to.0.min(until));
         if within.0 >= within.1 {
             continue;
