@@ -41,7 +41,7 @@ pub struct Installed {
     /// Uploads recorded since the overhaul with fewer hours than it has, so that they count before it; known only
     /// where there is no forecast.
     pub before_overhaul: u64,
-    /// Flight hours per day of the tail over the 90 days before its newest upload; `None` below
+    /// Flight hours per day of the tail over the 90 days before the day of its newest judged upload; `None` below
     /// 14 days of data.
     pub utilisation_fh_per_day: Option<f64>,
     /// The plan of the tail; empty where none is in force.

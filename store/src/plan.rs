@@ -20,6 +20,7 @@ pub struct TailPlan {
 pub struct Planned {
     /// The plan in force.
     pub plan: Plan,
-    /// Flight hours per day of the tail over the 90 days before its newest upload; `None` below 14 days of data.
+    /// Flight hours per day of the tail over the 90 days before the day of its newest upload; `None` below 14 days of
+    /// data.
     pub utilisation_fh_per_day: Option<f64>,
 }
