@@ -64,7 +64,7 @@ fn words(status: Status) -> &'static str {
         Status::Stale => "unknown: stale",
         Status::Inconsistent => "unknown: inconsistent",
         Status::BeyondHorizon => "beyond horizon",
-        Status::Ok => "ok",
+        Status::Current => "current",
     }
 }
 

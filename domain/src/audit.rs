@@ -117,6 +117,10 @@ pub enum Action {
     SensorConfigurationAdded,
     /// The plan of a tail was set.
     PlanSet,
+    /// The settings of the operator were set.
+    SettingsSet,
+    /// The checks of a tail were set.
+    ChecksSet,
     /// A frame key was created.
     FrameKeyCreated,
     /// A frame key was revoked.
@@ -137,6 +141,8 @@ impl Action {
             Self::EventVoided => "event_voided",
             Self::SensorConfigurationAdded => "sensor_configuration_added",
             Self::PlanSet => "plan_set",
+            Self::SettingsSet => "settings_set",
+            Self::ChecksSet => "checks_set",
             Self::FrameKeyCreated => "frame_key_created",
             Self::FrameKeyRevoked => "frame_key_revoked",
         }

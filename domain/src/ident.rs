@@ -128,6 +128,12 @@ name!(
     |t| printable(t, 64)
 );
 name!(
+    /// The name of a check of a tail.
+    CheckName, "name", "1 to 32 printable characters without blanks at the ends",
+    r"^\S(.{0,30}\S)?$",
+    |t| printable(t, 32)
+);
+name!(
     /// An upload's name, chosen by the aircraft, unique for ever within its operator.
     UploadId, "upload_id", "1 to 64 characters of [A-Za-z0-9._:-]",
     "^[A-Za-z0-9._:-]{1,64}$",

@@ -137,8 +137,9 @@ pub enum Status {
     /// The observations contradict the model of damage or one another, or a failure is only inferred over a gap:
     /// unknown; the numbers are kept, but not to act on. The doubts say which.
     Inconsistent,
-    /// A forecast to act on.
-    Ok,
+    /// The data are of now, and nothing speaks against them. Once called `ok`.
+    #[serde(alias = "ok")]
+    Current,
     /// The median outlives the horizon.
     BeyondHorizon,
 }
@@ -146,7 +147,7 @@ pub enum Status {
 impl Status {
     /// All of them, in the order of their declaration.
     pub const ALL: [Self; 6] =
-        [Self::Failed, Self::InsufficientHistory, Self::Stale, Self::Inconsistent, Self::Ok, Self::BeyondHorizon];
+        [Self::Failed, Self::InsufficientHistory, Self::Stale, Self::Inconsistent, Self::Current, Self::BeyondHorizon];
 
     /// What it becomes at `now` when it rests on data of a time: stale, once they are older than `stale_after_h` hours. A
     /// failure stays one, and what has too little history stays unknown.
@@ -166,7 +167,7 @@ impl Status {
             Self::InsufficientHistory => "insufficient_history",
             Self::Stale => "stale",
             Self::Inconsistent => "inconsistent",
-            Self::Ok => "ok",
+            Self::Current => "current",
             Self::BeyondHorizon => "beyond_horizon",
         }
     }
@@ -198,7 +199,7 @@ impl Prognosis {
         } else if forecast.rul.quantile_fh(0.5).is_none() {
             Status::BeyondHorizon
         } else {
-            Status::Ok
+            Status::Current
         }
     }
 }

@@ -253,7 +253,7 @@ fn why_unknown(present: &Present, unit: &Unit, status: Status, threshold: Thresh
             let against = doubts.filter(|doubt| doubt.kind != DoubtKind::OutsideTraining);
             against.map(|doubt| doubt.detail.as_str()).collect::<Vec<_>>().join("; ")
         }),
-        Status::Ok | Status::BeyondHorizon => {
+        Status::Current | Status::BeyondHorizon => {
             let horizon_fh = prognosis?.outlook.as_ref().ok()?.horizon_fh;
             (threshold.within_fh > horizon_fh).then(|| format!("its forecast ends at {horizon_fh} fh"))
         }

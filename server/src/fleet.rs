@@ -129,7 +129,7 @@ fn by_risk(present: &Present, ListedUnit { unit, rul, .. }: &ListedUnit, within_
     match (present.status_of_unit(unit), p) {
         (Status::Failed, p) => (FAILED, -p.unwrap_or(1.0)),
         (_, Some(p)) if p > RISK => (KNOWN, -p),
-        (Status::Ok | Status::BeyondHorizon, Some(p)) if unit.place_known => (KNOWN, -p),
+        (Status::Current | Status::BeyondHorizon, Some(p)) if unit.place_known => (KNOWN, -p),
         _ => (UNKNOWN, 0.0),
     }
 }

@@ -58,7 +58,7 @@ fn place(name: Option<&String>) -> String {
 /// A forecast to act on is due when it is on the list.
 fn due_words(status: Status) -> &'static str {
     match status {
-        Status::Ok | Status::BeyondHorizon => "due",
+        Status::Current | Status::BeyondHorizon => "due",
         other => words(other),
     }
 }

@@ -348,7 +348,7 @@ fn what_is_seen_behind_a_gap_counts_before_a_block_closes() {
     for behind in 1..=3 {
         let all = silent(&model, behind, 0.0);
         let (status, forecast) = read(&all, &outlook(&model, &all, &[]));
-        assert!(matches!(status, Status::Ok | Status::BeyondHorizon), "{status:?}");
+        assert!(matches!(status, Status::Current | Status::BeyondHorizon), "{status:?}");
         assert!(forecast.probability_failed < 0.1, "{}", forecast.probability_failed);
         let [doubt] = forecast.doubts.as_slice() else { panic!("{:?}", forecast.doubts) };
         assert_eq!(doubt.kind, DoubtKind::Gap);

@@ -13,7 +13,7 @@ impl From<Status> for v1::Status {
             Status::Stale => Self::Stale,
             Status::Inconsistent => Self::Inconsistent,
             Status::BeyondHorizon => Self::BeyondHorizon,
-            Status::Ok => Self::Ok,
+            Status::Current => Self::Current,
         }
     }
 }

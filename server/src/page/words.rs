@@ -42,7 +42,7 @@ impl Badge {
         let has = |kind: DoubtKind| doubts.contains(&kind);
         let (rank, class, icon, words) = match status {
             Status::Failed => (0, "failed", "✖", "failed"),
-            Status::Ok | Status::BeyondHorizon if near => (1, "soon", "▲", near_words),
+            Status::Current | Status::BeyondHorizon if near => (1, "soon", "▲", near_words),
             Status::InsufficientHistory => (2, "unknown", "?", "unknown: not enough history"),
             Status::Stale => (2, "unknown", "?", "unknown: data is stale"),
             Status::Inconsistent if has(DoubtKind::Hours) => (2, "unknown", "?", "unknown: hours contradict"),
@@ -50,7 +50,7 @@ impl Badge {
                 (2, "unknown", "?", "unknown: data contradicts the model")
             }
             Status::Inconsistent => (2, "unknown", "?", "unknown: little data since a gap"),
-            Status::Ok => (3, "good", "✔", "ok"),
+            Status::Current => (3, "good", "✔", "current"),
             Status::BeyondHorizon => (3, "good", "✔", "beyond the horizon"),
         };
         Self { rank, class, icon, words }

@@ -23,8 +23,8 @@ use crate::{
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct FleetQuery {
-    /// Units of these statuses, separated by commas: failed, insufficient_history, stale, inconsistent, ok (or current),
-    /// beyond_horizon
+    /// Units of these statuses, separated by commas: failed, insufficient_history, stale, inconsistent, current (or ok, as it
+    /// was once called), beyond_horizon
     #[serde(deserialize_with = "statuses")]
     #[param(value_type = Option<String>, example = "failed,stale")]
     status: Option<Vec<Status>>,
@@ -73,12 +73,13 @@ pub enum Sort {
 
 fn statuses<'de, D: Deserializer<'de>>(given: D) -> Result<Option<Vec<Status>>, D::Error> {
     let rule =
-        "failed, insufficient_history, stale, inconsistent, ok or beyond_horizon, or several, separated by commas";
+        "failed, insufficient_history, stale, inconsistent, current or beyond_horizon, or several, separated by commas";
     query::optional(given, rule, |text| text.split(',').map(|name| status(name.trim())).collect())
 }
 
 fn status(name: &str) -> Option<Status> {
-    let name = if name == "current" { "ok" } else { name };
+    // What it was once called.
+    let name = if name == "ok" { "current" } else { name };
     Status::ALL.into_iter().find(|status| status.as_str() == name)
 }
 

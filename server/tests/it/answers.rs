@@ -98,7 +98,7 @@ async fn a_forecast_is_told_in_full() {
     let house = house_with(every_second_block(6)).await;
     house.work(Ok(forecast(80))).await;
     let body = house.read(RUL).await;
-    assert_eq!(body["status"], "ok");
+    assert_eq!(body["status"], "current");
     assert_eq!(body["missing"], Value::Null);
     assert_eq!(body["as_of"]["flight_hours"], 200.0);
     assert_eq!(body["rul_fh"]["p50"], 2020.0);
@@ -166,7 +166,7 @@ async fn dates_follow_the_utilisation() {
 async fn old_data_is_stale_and_keeps_its_numbers() {
     let house = house_with(every_second_block(2)).await;
     house.work(Ok(forecast(80))).await;
-    assert_eq!(house.read(RUL).await["status"], "ok");
+    assert_eq!(house.read(RUL).await["status"], "current");
     house.wait_days(31.0);
     let body = house.read(RUL).await;
     assert_eq!(body["status"], "stale");
@@ -180,7 +180,7 @@ async fn a_forecast_tells_its_reasons_and_what_speaks_against_it() {
     let body = house.read(RUL).await;
     // The body of the interface has the fields of the noun, under the same names.
     assert_eq!(body["explanation"], serde_json::to_value(explanation()).unwrap());
-    assert_eq!((&body["status"], &body["doubts"]), (&json!("ok"), &json!([])));
+    assert_eq!((&body["status"], &body["doubts"]), (&json!("current"), &json!([])));
 
     assert_eq!(house.upload("EC-MXA", &house.body("more", 240.0)).await.status(), 202);
     house.work(Ok(doubtful(80))).await;

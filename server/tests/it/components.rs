@@ -140,7 +140,7 @@ async fn tails_and_models_are_the_same_over_both_transports() {
     let tail = grpc.get_tail(v1::GetTailRequest { tail: "EC-MXB".into() }).await.unwrap().into_inner();
     let body: TailAnswer = serde_json::from_value(house.read("/v1/tails/EC-MXB").await).unwrap();
     assert_eq!(tail, body.into());
-    assert_eq!(tail.positions[0].prognosis.as_ref().unwrap().status(), v1::Status::Ok);
+    assert_eq!(tail.positions[0].prognosis.as_ref().unwrap().status(), v1::Status::Current);
     let unknown = grpc.get_tail(v1::GetTailRequest { tail: "EC-MXZ".into() }).await.unwrap_err();
     assert_eq!(unknown.code(), Code::NotFound);
     let mut grpc = ModelsClient::new(house.channel().await);

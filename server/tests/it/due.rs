@@ -85,7 +85,7 @@ async fn the_worst_come_first_and_the_unknown_are_not_lost() {
 async fn an_item_tells_until_when_it_is_safe() {
     let house = fleet().await;
     let item = house.read(DUE).await["items"][2].clone();
-    assert_eq!((&item["p"], &item["status"]), (&json!(0.5), &json!("ok")));
+    assert_eq!((&item["p"], &item["status"]), (&json!(0.5), &json!("current")));
     assert!((item["standard_error"].as_f64().unwrap() - 0.05).abs() < 1e-9);
     assert_eq!(item["dominant_fault"], "k2");
     assert_eq!(item["as_of"]["upload_id"], "EC-TEN.130");

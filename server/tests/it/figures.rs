@@ -76,7 +76,7 @@ async fn the_service_tells_of_itself() {
     assert_eq!(figures.value("actuary_build_info", &[("version", env!("CARGO_PKG_VERSION"))]), Some(1.0));
     assert!(figures.value("actuary_started_at_seconds", &[]).unwrap() > 1.7e9);
     let units = |figures: &Figures, status| figures.value("actuary_units", &[("status", status)]);
-    assert_eq!((units(&figures, "insufficient_history"), units(&figures, "ok")), (Some(1.0), Some(0.0)));
+    assert_eq!((units(&figures, "insufficient_history"), units(&figures, "current")), (Some(1.0), Some(0.0)));
 
     let reason = SetAsideReason::NotEstimable;
     house.set_aside(&[SetAside { upload_id: "u2".parse().unwrap(), reason, detail: "no such map".to_owned() }]).await;
@@ -89,13 +89,13 @@ async fn the_service_tells_of_itself() {
     assert_eq!(house.upload("EC-MXA", &house.body("u3", 30.0)).await.status(), 202);
     house.work(Ok(forecast(80))).await;
     house.wait_ms(59_999);
-    assert_eq!(units(&Figures::read(&house).await, "ok"), Some(0.0), "units are counted once a minute");
+    assert_eq!(units(&Figures::read(&house).await, "current"), Some(0.0), "units are counted once a minute");
     house.wait_ms(1);
     let figures = Figures::read(&house).await;
-    assert_eq!((units(&figures, "insufficient_history"), units(&figures, "ok")), (Some(0.0), Some(1.0)));
+    assert_eq!((units(&figures, "insufficient_history"), units(&figures, "current")), (Some(0.0), Some(1.0)));
     house.wait_days(60.0);
     let figures = Figures::read(&house).await;
-    assert_eq!((units(&figures, "stale"), units(&figures, "ok")), (Some(1.0), Some(0.0)));
+    assert_eq!((units(&figures, "stale"), units(&figures, "current")), (Some(1.0), Some(0.0)));
 
     for line in figures.0.lines() {
         if let Some(series) = line.strip_prefix("# TYPE ") {
@@ -110,5 +110,5 @@ async fn the_service_tells_of_itself() {
     let figures = Figures::read(&house).await;
     assert!(figures.value("actuary_pending_uploads", &[]).unwrap().is_nan(), "unknown is not told as a number");
     house.wait_ms(60_000);
-    assert!(units(&Figures::read(&house).await, "ok").unwrap().is_nan(), "nor are units that cannot be counted");
+    assert!(units(&Figures::read(&house).await, "current").unwrap().is_nan(), "nor are units that cannot be counted");
 }

@@ -151,7 +151,7 @@ async fn a_voided_finding_counts_no_longer() {
         let voided: Value = response.json().await.unwrap();
         assert_eq!((&voided["event_id"], &voided["voided_at"]), (&json!("WO-1"), &json!("2026-03-02T12:00:00Z")));
     }
-    assert_eq!(house.read(&format!("{PLACE}/rul")).await["status"], "ok");
+    assert_eq!(house.read(&format!("{PLACE}/rul")).await["status"], "current");
     assert_eq!(report(&house, &finding("WO-1", "failed")).await.0, 200, "the name stays taken");
     problem(post(&house, finding("WO-1", "serviceable")).await, 409).await;
     assert_eq!(house.read(COMPONENT).await["events"][0]["voided_at"], "2026-03-02T12:00:00Z");

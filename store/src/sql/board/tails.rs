@@ -91,7 +91,7 @@ impl TailBoardRow {
             (self.failed > 0).then_some((Status::Failed, None)),
             (self.unknown > 0).then_some((Status::InsufficientHistory, None)),
             newest(Status::Inconsistent, self.newest_inconsistent),
-            newest(Status::Ok, self.newest_ok),
+            newest(Status::Current, self.newest_ok),
             newest(Status::BeyondHorizon, self.newest_beyond_horizon),
             // Once it is stale, so is the tail; until then it is no worse than the others.
             newest(Status::BeyondHorizon, self.oldest),

@@ -247,7 +247,7 @@ fn rul(body: &RulAnswer, book: &Book) -> Result<(), String> {
     match body.status {
         Status::Failed => {}
         Status::InsufficientHistory => same(has_forecast, false)?,
-        Status::Stale | Status::Inconsistent | Status::Ok => same(has_forecast, true)?,
+        Status::Stale | Status::Inconsistent | Status::Current => same(has_forecast, true)?,
         Status::BeyondHorizon => same(body.rul_fh.as_ref().and_then(|rul| rul.p50), None)?,
     }
     if body.found_failed_fh.is_some() {
