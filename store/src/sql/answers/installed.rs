@@ -287,7 +287,7 @@ fn possibly_due(risk: f64) -> &'static str {
             concat!(
                 drawn!(),
                 "where u.operator = $1
-                   and (u.place_known = 0 or u.standing not in ('ok', 'beyond_horizon') or u.as_of_at <= $2
+                   and (u.place_known = 0 or u.standing not in ('current', 'beyond_horizon') or u.as_of_at <= $2
                         or u.horizon_fh < $3 or ",
                 $quantile,
                 " <= $3)"

@@ -143,9 +143,9 @@ pub(crate) async fn derived(
                 coalesce(sum(case when standing = 'failed' then 1 else 0 end), 0) as failed,
                 coalesce(sum(case when standing = 'insufficient_history' then 1 else 0 end), 0) as unknown,
                 max(case when standing = 'inconsistent' then as_of_at end) as newest_inconsistent,
-                max(case when standing = 'ok' then as_of_at end) as newest_ok,
+                max(case when standing = 'current' then as_of_at end) as newest_ok,
                 max(case when standing = 'beyond_horizon' then as_of_at end) as newest_beyond_horizon,
-                min(case when standing in ('inconsistent', 'ok', 'beyond_horizon') then as_of_at end) as oldest,
+                min(case when standing in ('inconsistent', 'current', 'beyond_horizon') then as_of_at end) as oldest,
                 min(p10_fh) as p10_fh
          from board_units where operator = $1 and tail = $2 and place_known = 1",
     );
