@@ -1,7 +1,7 @@
 //! Components at positions, each with the beginning of its stay.
 
 use domain::{
-    EventId, InstallationSource, PartNumber, Plan, Position, Prognosis, SerialNumber, SetAside, SetAsideReason,
+    Checks, EventId, InstallationSource, PartNumber, Plan, Position, Prognosis, SerialNumber, SetAside, SetAsideReason,
     TailNumber, Timestamp, UploadId, Warning,
 };
 use serde::{Deserialize, Serialize};
@@ -46,6 +46,8 @@ pub struct Installed {
     pub utilisation_fh_per_day: Option<f64>,
     /// The plan of the tail; empty where none is in force.
     pub plan: Plan,
+    /// The checks of the tail; none where none are in force.
+    pub checks: Checks,
 }
 
 /// Uploads of a life that are set aside.

@@ -10,6 +10,7 @@
 //! answer. Checkpoints are a cache: a damaged one is as good as none.
 
 mod audit;
+mod check;
 mod checkpoint;
 mod component;
 mod digest;
@@ -31,6 +32,7 @@ mod postgres;
 mod prior;
 mod schema;
 mod sensor_configuration;
+mod settings;
 mod sqlite;
 mod store;
 mod token;
@@ -41,6 +43,7 @@ mod version;
 mod work;
 
 pub use audit::{AuditChain, AuditDamage};
+pub use check::TailChecks;
 pub use checkpoint::Checkpoint;
 pub use component::ComponentRecord;
 pub use digest::Digest;
@@ -58,6 +61,7 @@ pub use options::{Clock, Options};
 pub use plan::{Planned, TailPlan};
 pub use prior::PriorRecord;
 pub use sensor_configuration::{Addition, TailConfiguration};
+pub use settings::OperatorSettings;
 pub use store::Store;
 pub use token::{Revocation, TokenRecord, TokenRefusal, TokenStatus};
 pub use unit::{Brief, ListedUnit, MayBeDue, Outlook, TailInShort, Unit, UnitsAsked, WorstUnits};

@@ -2,7 +2,7 @@
 //! by themselves.
 
 use domain::{
-    AsOf, Doubt, PartNumber, Plan, Position, Prognosis, QUANTILE_LEVELS, RulDistribution, SerialNumber, Status,
+    AsOf, Checks, Doubt, PartNumber, Plan, Position, Prognosis, QUANTILE_LEVELS, RulDistribution, SerialNumber, Status,
     TailNumber, Timestamp, prognosis::InsufficientHistory,
 };
 use serde::{Deserialize, Serialize};
@@ -138,6 +138,8 @@ pub struct ListedUnit {
     pub utilisation_fh_per_day: Option<f64>,
     /// The plan of the tail; empty where none is in force.
     pub plan: Plan,
+    /// The checks of the tail; none where none are in force.
+    pub checks: Checks,
     /// Its remaining life, where it was asked for and has a forecast.
     pub rul: Option<RulDistribution>,
 }

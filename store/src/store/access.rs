@@ -1,9 +1,9 @@
-//! Tokens, frame keys and the audit log.
+//! Settings, tokens, frame keys and the audit log.
 
-use domain::{Act, Actor, AuditRecord, FrameKeyId, OperatorId, TokenId};
+use domain::{Act, Actor, AuditRecord, FrameKeyId, OperatorId, Settings, TokenId};
 
 use super::{Backend, Store, backend};
-use crate::{AuditChain, FrameKeyRecord, Revocation, StoreError, TokenRecord};
+use crate::{AuditChain, FrameKeyRecord, OperatorSettings, Revocation, StoreError, TokenRecord};
 
 impl Store {
     /// All operators that were ever heard of, in alphabetical order.
@@ -80,5 +80,20 @@ impl Store {
     /// Follows every chain of the audit log to its end, or to where it is broken.
     pub async fn verify_audit(&self) -> Result<Vec<AuditChain>, StoreError> {
         backend!(self, verify_audit())
+    }
+
+    /// Sets the settings of an operator, unless the same are in force; returns the version that is in force then.
+    pub async fn set_settings(
+        &self,
+        operator: &OperatorId,
+        settings: &Settings,
+        act: Act,
+    ) -> Result<OperatorSettings, StoreError> {
+        backend!(self, set_settings(operator, settings, act))
+    }
+
+    /// The newest version of an operator's settings; `None` where none were ever set.
+    pub async fn settings(&self, operator: &OperatorId) -> Result<Option<OperatorSettings>, StoreError> {
+        backend!(self, settings(operator))
     }
 }

@@ -1,14 +1,16 @@
-//! Inputs of operators: uploads, maintenance events, corrections, sensor configurations, plans.
+//! Inputs of operators: uploads, maintenance events, corrections, sensor configurations, plans, checks.
 
 use std::ops::RangeInclusive;
 
 use domain::{
-    Act, Component, EventId, MaintenanceEvent, OperatorId, Plan, Position, SensorConfiguration, SetAsideReason,
+    Act, Checks, Component, EventId, MaintenanceEvent, OperatorId, Plan, Position, SensorConfiguration, SetAsideReason,
     TailNumber, Timestamp, Upload, UploadId, Warning,
 };
 
 use super::{Backend, Store, backend};
-use crate::{Addition, EventReceipt, Receipt, Released, Retrial, StoreError, TailConfiguration, TailPlan, Voiding};
+use crate::{
+    Addition, EventReceipt, Receipt, Released, Retrial, StoreError, TailChecks, TailConfiguration, TailPlan, Voiding,
+};
 
 impl Store {
     /// Stores an upload; returns once it is durable. [`StoreError::Overloaded`] when too many wait.
@@ -145,5 +147,31 @@ impl Store {
     /// All versions of a tail's plan, the oldest first.
     pub async fn plans(&self, operator: &OperatorId, tail: &TailNumber) -> Result<Vec<TailPlan>, StoreError> {
         backend!(self, plans(operator, tail))
+    }
+
+    /// Sets the checks of tails, together; tails of which the same are in force keep their version. Returns the versions that
+    /// are in force then, in the order of the tails. Where there are none, those of before are withdrawn.
+    pub async fn set_checks(
+        &self,
+        operator: &OperatorId,
+        checks: &[(TailNumber, Checks)],
+        act: Act,
+    ) -> Result<Vec<TailChecks>, StoreError> {
+        backend!(self, set_checks(operator, checks, act))
+    }
+
+    /// The newest version of a tail's checks; `None` where none were ever set.
+    pub async fn checks(&self, operator: &OperatorId, tail: &TailNumber) -> Result<Option<TailChecks>, StoreError> {
+        backend!(self, checks(operator, tail))
+    }
+
+    /// A page of the tails that have checks, by tail, with the version in force.
+    pub async fn fleet_checks(
+        &self,
+        operator: &OperatorId,
+        after: Option<&TailNumber>,
+        limit: u32,
+    ) -> Result<Vec<(TailNumber, TailChecks)>, StoreError> {
+        backend!(self, fleet_checks(operator, after, limit))
     }
 }

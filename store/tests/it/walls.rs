@@ -13,12 +13,13 @@ use std::{
 };
 
 use crate::fixture::{
-    self, bundle, bundle_body, by_hand, configuration, day, drain, fail, finding, later_upload, plan, prior, tail,
+    self, bundle, bundle_body, by_hand, checks, configuration, day, drain, fail, finding, later_upload, plan, prior,
+    settings, tail,
 };
 use domain::{Actor, EventKind, Finding, MaintenanceEvent, OperatorId, Upload, UploadStateKind};
 use serde_json::Value;
 use sqlx::{AssertSqlSafe, Connection, Executor, PgConnection, Row, ValueRef};
-use store::{Options, Store};
+use store::{Options, Scope, Store};
 use tests::postgres::{Cluster, TestDatabase};
 
 const OWN: &str = "alpha";
@@ -40,6 +41,8 @@ async fn live(store: &Store, operator: &OperatorId) {
         .await
         .unwrap();
     store.set_plan(operator, &tail("EC-MXA"), &plan(4.0), by_hand(0.0)).await.unwrap();
+    store.set_checks(operator, &[(tail("EC-MXA"), checks(90.0))], by_hand(0.0)).await.unwrap();
+    store.set_settings(operator, &settings(0.25), by_hand(0.0)).await.unwrap();
     drain(store).await;
     store.void_upload(operator, &known(3), by_hand(1.0)).await.unwrap();
     store.retry_upload(operator, &known(11), by_hand(1.0)).await.unwrap();
@@ -85,6 +88,11 @@ async fn live(store: &Store, operator: &OperatorId) {
     store.sensor_configurations(operator, &tail("EC-MXA")).await.unwrap();
     assert_eq!(store.plans(operator, &tail("EC-MXA")).await.unwrap().len(), 1);
     store.plan(operator, &tail("EC-MXA")).await.unwrap().unwrap();
+    store.checks(operator, &tail("EC-MXA")).await.unwrap().unwrap();
+    assert_eq!(store.fleet_checks(operator, None, 10).await.unwrap().len(), 1);
+    store.settings(operator).await.unwrap().unwrap();
+    store.version(operator, Scope::Fleet).await.unwrap();
+    store.version(operator, Scope::Tail(&tail("EC-MXA"))).await.unwrap();
     assert_eq!(store.tokens(operator).await.unwrap().len(), 1);
     store.audit(Some(operator), 0, 10).await.unwrap();
     store.checkpoint(&component, 0, 1, &[(1, bundle("one").hash)]).await.unwrap();
@@ -114,6 +122,8 @@ async fn live_on(store: &Store, operator: &OperatorId) {
         .await
         .unwrap();
     store.set_plan(operator, &tail("EC-MXA"), &plan(5.0), by_hand(0.0)).await.unwrap();
+    store.set_checks(operator, &[(tail("EC-MXA"), checks(91.0))], by_hand(2.0)).await.unwrap();
+    store.set_settings(operator, &settings(0.26), by_hand(2.0)).await.unwrap();
     store.revoke_frame_key(operator, fixture::frame_key(operator, 2).id, by_hand(2.0)).await.unwrap().unwrap();
     store.add_prior(operator, &prior("later", 10, 5.0), b"later").await.unwrap();
     store.accept(operator, upload("more", 130.0), day(0.0)).await.unwrap();

@@ -1,8 +1,10 @@
 //! Components at their places, each with its issued prognosis, as they are answered: read off the board.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use domain::{OperatorId, PartNumber, Plan, Position, Prognosis, RulDistribution, SerialNumber, TailNumber, Timestamp};
+use domain::{
+    Checks, OperatorId, PartNumber, Plan, Position, Prognosis, RulDistribution, SerialNumber, TailNumber, Timestamp,
+};
 
 use super::super::{
     Connection, Engine,
@@ -14,8 +16,9 @@ use super::super::{
     ground::{
         row::{Body, corrupt, count, parse},
         sealed::Sealed,
+        versions,
     },
-    places::{plans, tails},
+    places::tails,
     results::prognoses::PrognosisRow,
 };
 use crate::{Installed, InstalledTail, ListedUnit, MayBeDue, StoreError, TailInShort, Unit, UnitsAsked, WorstUnits};
@@ -271,9 +274,12 @@ impl Engine {
             return Ok(Vec::new());
         }
         let row = board::tails::find(&mut transaction, operator, tail).await?;
-        let plan =
-            plans::newest(&mut transaction, operator, tail).await.transpose().map(plans::readable).transpose()?;
-        let flown = [(tail.clone(), Flown::new(row.as_ref().and_then(fh_per_day), plan))].into();
+        let plan = versions::newest(&mut transaction, operator, tail).await.transpose();
+        let plan = plan.map(versions::readable).transpose()?;
+        let checks = versions::newest(&mut transaction, operator, tail).await.transpose();
+        let checks = checks.map(versions::readable).transpose()?.flatten();
+        let flown = Flown::new(row.as_ref().and_then(fh_per_day), plan, checks);
+        let flown = [(tail.clone(), flown)].into();
         rows.into_iter().map(|row| row.installed(&flown)).collect()
     }
 }
@@ -345,9 +351,9 @@ impl CurvedRow {
 
 /// A component with how its tail flies, if it is on it.
 fn listed(unit: Unit, flown: &BTreeMap<TailNumber, Flown>, rul: Option<RulDistribution>) -> ListedUnit {
-    let Flown { utilisation_fh_per_day, plan } =
+    let Flown { utilisation_fh_per_day, plan, checks } =
         flown.get(&unit.tail).filter(|_| unit.place_known).cloned().unwrap_or_default();
-    ListedUnit { unit, utilisation_fh_per_day, plan, rul }
+    ListedUnit { unit, utilisation_fh_per_day, plan, checks, rul }
 }
 
 /// A page of an operator's tails with nothing on them, and the bounds of their names: behind the first, up to the last.
@@ -382,15 +388,19 @@ async fn flown(
     after: &str,
     last: &str,
 ) -> Result<BTreeMap<TailNumber, Flown>, StoreError> {
-    let mut plans = plans::of_tails(connection, operator, after, last).await?;
-    let mut flown = BTreeMap::new();
+    let mut plans = versions::in_force::<Plan>(connection, operator, after, last).await?;
+    let mut checks = versions::in_force::<Checks>(connection, operator, after, last).await?;
+    let mut fh_per_days = BTreeMap::new();
     for row in board::tails::of_tails(connection, operator, after, last).await? {
-        let tail: TailNumber = parse("board_tails", &row.tail)?;
-        let plan = plans.remove(&tail);
-        flown.insert(tail, Flown::new(fh_per_day(&row), plan));
+        fh_per_days.insert(parse("board_tails", &row.tail)?, fh_per_day(&row));
     }
-    flown.extend(plans.into_iter().map(|(tail, plan)| (tail, Flown::new(None, Some(plan)))));
-    Ok(flown)
+    let tails: BTreeSet<TailNumber> = plans.keys().chain(checks.keys()).chain(fh_per_days.keys()).cloned().collect();
+    let of_tail = |tail: TailNumber| {
+        let fh_per_day = fh_per_days.remove(&tail).flatten();
+        let flown = Flown::new(fh_per_day, plans.remove(&tail), checks.remove(&tail).flatten());
+        (tail, flown)
+    };
+    Ok(tails.into_iter().map(of_tail).collect())
 }
 
 /// The flight hours per day that a row tells, unless it is damaged.
@@ -416,20 +426,22 @@ struct InstalledRow {
     forecast_from_fh: Option<f64>,
 }
 
-/// How a tail flies, as far as it is known.
+/// How a tail flies and when it is in the hangar, as far as it is known.
 #[derive(Clone, Default)]
 struct Flown {
     utilisation_fh_per_day: Option<f64>,
     plan: Plan,
+    checks: Checks,
 }
 
 impl Flown {
-    /// By its plan, if one was ever set; a damaged one may tell anything, so that nothing is known.
-    fn new(utilisation_fh_per_day: Option<f64>, plan: Option<Option<Plan>>) -> Self {
-        match plan {
-            None => Self { utilisation_fh_per_day, plan: Plan::default() },
-            Some(None) => Self::default(),
-            Some(Some(plan)) => Self { utilisation_fh_per_day, plan },
+    /// By its plan, if one was ever set; a damaged one may tell anything, so that nothing is known of how it flies.
+    fn new(fh_per_day: Option<f64>, plan: Option<Option<Plan>>, checks: Option<Checks>) -> Self {
+        let is_damaged = plan == Some(None);
+        Self {
+            utilisation_fh_per_day: fh_per_day.filter(|_| !is_damaged),
+            plan: plan.flatten().unwrap_or_default(),
+            checks: checks.unwrap_or_default(),
         }
     }
 }
@@ -463,6 +475,7 @@ impl InstalledRow {
             before_overhaul: unit.before_overhaul,
             utilisation_fh_per_day: flown.utilisation_fh_per_day,
             plan: flown.plan,
+            checks: flown.checks,
         })
     }
 

@@ -1,5 +1,5 @@
 //! Versions of what is shown, out of sums that no two states of the board share: a row's stamp changes with what it says,
-//! and revisions only grow.
+//! and revisions and versions only grow.
 
 use domain::{ContentHash, OperatorId};
 
@@ -32,7 +32,11 @@ macro_rules! sums {
             "),
                     (select count(*) from tail_plans t where t.operator = $1",
             $tails,
-            ")"
+            "),
+                    (select count(*) from tail_checks t where t.operator = $1",
+            $tails,
+            "),
+                    (select count(*) from operator_settings s where s.operator = $1)"
         )
     };
 }
@@ -43,7 +47,7 @@ impl Engine {
         if let Some(known) = self.known_version(commits, operator, scope) {
             return Ok(known);
         }
-        type Sums = (i64, i64, i64, i64, i64, i64, i64);
+        type Sums = (i64, i64, i64, i64, i64, i64, i64, i64, i64);
         let mut transaction = self.read(operator).await?;
         let sums: Sums = match scope {
             Scope::Fleet => {

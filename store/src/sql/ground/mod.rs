@@ -8,4 +8,5 @@ pub(super) mod job;
 pub(super) mod key;
 pub(super) mod row;
 pub(super) mod sealed;
+pub(super) mod versions;
 pub(super) mod write;

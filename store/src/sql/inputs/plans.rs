@@ -9,7 +9,10 @@ use serde_json::json;
 use super::super::{
     Connection, Engine,
     access::audit::Trace,
-    ground::write::{Reach, Write},
+    ground::{
+        versions::{self, Versioned},
+        write::{Reach, Write},
+    },
     lives::waiting,
     places::plans,
 };
@@ -46,18 +49,15 @@ impl Write for Set {
     }
 
     async fn apply(&self, connection: &mut Connection, now: Timestamp) -> Result<(TailPlan, bool), StoreError> {
-        let newest = plans::newest(connection, &self.operator, &self.tail).await?;
-        let version = match newest {
-            Some(newest) if newest.plan == self.plan => return Ok((newest, false)),
-            Some(newest) => newest.version + 1,
-            None => 1,
-        };
-        for component in plans::on_tail(connection, &self.operator, &self.tail).await? {
-            waiting::revise(connection, &component, now).await?;
+        let newest = versions::newest(connection, &self.operator, &self.tail).await?;
+        let (version, is_new) = Versioned::set(newest, &self.plan, self.act);
+        if is_new {
+            for component in plans::on_tail(connection, &self.operator, &self.tail).await? {
+                waiting::revise(connection, &component, now).await?;
+            }
+            versions::insert(connection, &self.operator, &self.tail, &version).await?;
         }
-        plans::insert(connection, &self.operator, &self.tail, (version, &self.plan, self.act)).await?;
-        let set = TailPlan { version, set_at: self.act.at, set_by: self.act.actor, plan: self.plan.clone() };
-        Ok((set, true))
+        Ok((version.into(), is_new))
     }
 }
 

@@ -153,6 +153,7 @@ fn hash_name(bytes: &[u8]) -> String {
 async fn acts(connection: &mut Connection, operator: &OperatorId, found: &mut Verification) -> Result<(), StoreError> {
     let (mut uploads, mut events, mut tokens) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
     let (mut configurations, mut plans, mut keys) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+    let (mut settings, mut checks) = (BTreeSet::new(), BTreeSet::new());
     audit::each(connection, Some(operator), |record: AuditRecord| {
         match record.action {
             Action::UploadVoided => uploads.insert(record.subject),
@@ -160,6 +161,8 @@ async fn acts(connection: &mut Connection, operator: &OperatorId, found: &mut Ve
             Action::TokenCreated => tokens.insert(record.subject),
             Action::FrameKeyCreated => keys.insert(record.subject),
             Action::SensorConfigurationAdded => configurations.insert(record.subject),
+            Action::SettingsSet => settings.insert(record.at.micros().to_string()),
+            Action::ChecksSet => checks.insert(format!("{} at {}", record.subject, record.at.micros())),
             Action::PlanSet => plans.insert(format!("{} at {}", record.subject, record.at.micros())),
             _ => false,
         };
@@ -175,6 +178,8 @@ async fn acts(connection: &mut Connection, operator: &OperatorId, found: &mut Ve
             configurations,
             "select distinct tail from tail_sensor_configurations where operator = $1",
         ),
+        ("operator_settings", settings, "select cast(set_at as text) from operator_settings where operator = $1"),
+        ("tail_checks", checks, "select tail || ' at ' || cast(set_at as text) from tail_checks where operator = $1"),
         ("tail_plans", plans, "select tail || ' at ' || cast(set_at as text) from tail_plans where operator = $1"),
     ] {
         let known = names(connection, sql, operator).await?;

@@ -3,12 +3,15 @@
 //! Tables are read one after the other in one transaction, a row at a time. What a damaged row says is
 //! told and never used.
 
+use domain::{Checks, Plan};
+
 use super::super::{
     Connection, Engine,
-    access::tokens,
+    access::{settings, tokens},
     events::recorded,
+    ground::versions,
     models::{bundles, priors},
-    places::{plans, sensor_configurations},
+    places::sensor_configurations,
     results::{checkpoints, estimates, prognoses, states},
     uploads::received,
 };
@@ -63,6 +66,8 @@ async fn sources(connection: &mut Connection, found: &mut Verification) -> Resul
     recorded::verify(connection, found).await?;
     sealing::verify_sources(connection, found).await?;
     sensor_configurations::verify_all(connection, found).await?;
-    plans::verify_all(connection, found).await?;
+    versions::verify_all::<Plan>(connection, found).await?;
+    versions::verify_all::<Checks>(connection, found).await?;
+    settings::verify_all(connection, found).await?;
     tokens::verify_all(connection, found).await
 }

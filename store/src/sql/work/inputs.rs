@@ -2,10 +2,11 @@
 
 use std::collections::HashSet;
 
-use domain::{Component, Timestamp, Upload};
+use domain::{Component, Plan, Timestamp, Upload};
 
 use super::super::{
     Connection, Engine,
+    ground::versions,
     lives::{
         generations,
         order::{self, Overhauls},
@@ -92,8 +93,8 @@ async fn inputs_of(
 async fn planned(connection: &mut Connection, component: &Component) -> Result<Option<Planned>, StoreError> {
     let operator = &component.operator;
     let Some(tail) = plans::tail_of(connection, component).await? else { return Ok(None) };
-    let newest = plans::newest(connection, operator, &tail).await?;
-    let Some(newest) = newest.filter(|newest| !newest.plan.is_empty()) else { return Ok(None) };
+    let newest = versions::newest::<Plan>(connection, operator, &tail).await?;
+    let Some(newest) = newest.filter(|newest| !newest.noun.is_empty()) else { return Ok(None) };
     let utilisation_fh_per_day = utilisation::flown(connection, operator, &tail).await?.fh_per_day;
-    Ok(Some(Planned { plan: newest.plan, utilisation_fh_per_day }))
+    Ok(Some(Planned { plan: newest.noun, utilisation_fh_per_day }))
 }

@@ -10,11 +10,11 @@ use test_case::test_case;
 use super::rebuild::fleet;
 use crate::fixture::{
     Backend::{self, *},
-    Database, by_hand, day, drain,
+    Database, by_hand, checks, day, drain,
     everything::everything,
     later_upload, lease, operator, plan,
     raw::Raw,
-    results, tail, upload,
+    results, settings, tail, upload,
 };
 
 const STALE_AFTER_H: f64 = 24.0 * 30.0;
@@ -106,6 +106,10 @@ async fn a_version_changes_with_what_is_shown_and_with_nothing_else(backend: Bac
     assert_eq!(changed("a plan").await, [true, false, true, false]);
     drain(&store).await;
     changed("by the plan").await;
+    store.set_checks(&operator(), &[(a.clone(), checks(90.0))], by_hand(1.0)).await.unwrap();
+    assert_eq!(changed("a check").await, [true, true, false, false]);
+    store.set_settings(&operator(), &settings(0.2), by_hand(1.0)).await.unwrap();
+    assert_eq!(changed("settings").await, [true, true, true, false]);
     store.accept(&elsewhere, upload("a0", "0001"), day(0.0)).await.unwrap();
     assert_eq!(changed("another operator's").await, [false, false, false, true]);
     drain(&store).await;
@@ -203,4 +207,33 @@ async fn rows_that_are_missing_or_behind_are_made_when_the_schema_is_brought_up_
         assert_eq!(store.verify().await.unwrap().damaged, [], "{damage}");
         assert_eq!(shown(&store).await, expected, "{damage}");
     }
+}
+
+#[test_case(Sqlite; "sqlite")]
+#[test_case(Postgres; "postgres")]
+#[tokio::test]
+async fn units_that_were_called_ok_are_called_current_when_the_schema_is_brought_up_to_date(backend: Backend) {
+    let database = Database::new(backend);
+    let mut store = database.ready().await;
+    for serial in ["0001", "0002"] {
+        let upload = Upload { position: format!("P{serial}").parse().unwrap(), ..later_upload(serial, serial, 50.0) };
+        store.accept(&operator(), upload, day(0.0)).await.unwrap();
+    }
+    drain(&store).await;
+    let expected = shown(&store).await;
+    assert!(expected.iter().any(|unit| unit.in_short().standing() == Status::Current), "{expected:?}");
+    let mut raw = Raw::to(&database).await;
+    for sql in [
+        "drop table tail_checks",
+        "drop table operator_settings",
+        "delete from _sqlx_migrations where description = 'checks'",
+        "update schema_info set version = 16, min_binary = 15",
+        "update board_units set standing = 'ok', body = replace(body, '\"current\"', '\"ok\"')",
+    ] {
+        raw.execute(sql).await.unwrap();
+    }
+    store = up_to_date(&database, store).await;
+    assert_eq!(store.verify().await.unwrap().damaged, []);
+    assert_eq!(raw.names("select distinct standing from board_units").await, ["current"]);
+    assert_eq!(shown(&store).await, expected);
 }

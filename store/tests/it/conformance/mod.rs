@@ -3,6 +3,7 @@
 mod audit;
 mod board;
 mod checkpoints;
+mod checks;
 mod correct;
 mod damage;
 mod finished;
@@ -22,4 +23,5 @@ mod priors;
 mod queue;
 mod rebuild;
 mod sensor_configurations;
+mod settings;
 mod tokens;

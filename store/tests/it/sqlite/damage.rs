@@ -31,6 +31,10 @@ async fn a_damaged_row_is_named_and_never_served() {
         ("tail_plans", "update tail_plans set body = replace(body, '1.25', '1.26')"),
         ("tail_plans", "update tail_plans set set_by = 'service'"),
         ("tail_plans", "update tail_plans set set_at = set_at - 1"),
+        ("tail_checks", "update tail_checks set body = replace(body, '123.5', '123.6')"),
+        ("tail_checks", "update tail_checks set set_by = 'service'"),
+        ("operator_settings", "update operator_settings set body = replace(body, '0.25', '0.26')"),
+        ("operator_settings", "update operator_settings set set_at = set_at - 1"),
         ("bundles", "update bundles set summary = replace(summary, '0.0752', '0.0753')"),
     ] {
         let database = with_history().await;

@@ -29,12 +29,15 @@ async fn answers(store: &Store) -> Result<String, StoreError> {
     say(&store.work_figures().await?);
     say(&store.tokens(&operator).await?);
     say(&store.frame_keys(&operator).await?);
+    say(&store.settings(&operator).await?);
+    say(&store.fleet_checks(&operator, None, 100).await?);
     say(&store.audit(Some(&operator), 0, 100).await?);
     say(&store.digest().await?);
     for name in TAILS {
         say(&store.installed(&operator, &tail(name)).await?);
         say(&store.sensor_configurations(&operator, &tail(name)).await?);
         say(&store.plans(&operator, &tail(name)).await?);
+        say(&store.checks(&operator, &tail(name)).await?);
     }
     for state in UPLOADS {
         say(&store.uploads(&operator, state, None, 100).await?);

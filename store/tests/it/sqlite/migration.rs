@@ -1,12 +1,14 @@
 //! Databases of earlier schemas.
 
-use domain::{Finding, Plan, SetAsideReason};
+use domain::{Checks, Finding, Plan, SetAsideReason};
 use sqlx::{Connection, Executor, SqliteConnection, migrate::Migrator, sqlite::SqliteConnectOptions};
 use std::{fs, path::Path};
 use store::{EventReceipt, Retrial, UploadState};
 
 use super::{Served, execute, served, with_history};
-use crate::fixture::{Backend, Database, by_hand, day, drain, finding, operator, plan, prior, tail, upload};
+use crate::fixture::{
+    Backend, Database, by_hand, checks, day, drain, finding, operator, plan, prior, settings, tail, upload,
+};
 
 /// A database as a build that knew only some first migrations left it, with rows that `copies` take out of
 /// a later one.
@@ -71,14 +73,14 @@ async fn of_second_schema(history: &Database) -> Database {
     of_schema(&migrations, history, &[UNCHANGED.as_slice(), &added].concat()).await
 }
 
-/// Takes back what a build of the second schema does not know: the finding, the prior and the plan.
+/// Takes back what a build of the second schema does not know: the finding, the prior, the plan, the checks and the settings.
 fn without_learning(served: Served) -> Served {
     let mut served = Served { events: Vec::new(), finished: Vec::new(), priors: Vec::new(), prior: None, ..served };
     served.component.iter_mut().flat_map(|one| &mut one.lives).for_each(|life| life.found_failed_fh = None);
     for one in &mut served.installed {
-        (one.found_failed_fh, one.plan) = (None, Plan::default());
+        (one.found_failed_fh, one.plan, one.checks) = (None, Plan::default(), Checks::default());
     }
-    Served { plans: Vec::new(), ..served }
+    Served { plans: Vec::new(), checks: None, settings: None, ..served }
 }
 
 #[tokio::test]
@@ -122,6 +124,8 @@ async fn a_database_of_the_second_schema_keeps_its_answers_and_its_issued_foreca
     assert_eq!(store.record_event(&operator(), &event, day(0.0)).await.unwrap(), EventReceipt::Recorded);
     store.add_prior(&operator(), &prior("learned", 10, 0.0), b"learned").await.unwrap();
     store.set_plan(&operator(), &tail("EC-MXA"), &plan(4.0), by_hand(0.0)).await.unwrap();
+    store.set_checks(&operator(), &[(tail("EC-MXA"), checks(90.0))], by_hand(0.0)).await.unwrap();
+    store.set_settings(&operator(), &settings(0.25), by_hand(0.0)).await.unwrap();
     assert_eq!(served(&store).await.unwrap(), expected);
 }
 

@@ -10,8 +10,8 @@ mod opening;
 mod writing;
 
 use crate::fixture::{
-    self, Backend, Database, by_hand, component, configuration, day, drain, finding, frame_key, later_upload, operator,
-    plan, prior, tail, token,
+    self, Backend, Database, by_hand, checks, component, configuration, day, drain, finding, frame_key, later_upload,
+    operator, plan, prior, settings, tail, token,
 };
 use domain::{Actor, ContentHash, Finding};
 use sqlx::{Connection, Executor, SqliteConnection, sqlite::SqliteConnectOptions};
@@ -51,6 +51,8 @@ async fn with_history() -> Database {
     let configuration = configuration(0.25);
     store.add_sensor_configuration(&operator(), &tail("EC-MXA"), day(2.0), &configuration, by_hand(0.0)).await.unwrap();
     store.set_plan(&operator(), &tail("EC-MXA"), &plan(4.0), by_hand(0.0)).await.unwrap();
+    store.set_checks(&operator(), &[(tail("EC-MXA"), checks(90.0))], by_hand(0.0)).await.unwrap();
+    store.set_settings(&operator(), &settings(0.25), by_hand(0.0)).await.unwrap();
     drain(&store).await;
     let event = finding("end", "0001", Finding::Failed, 1000.0);
     store.record_event(&operator(), &event, day(0.0)).await.unwrap();
@@ -71,6 +73,8 @@ struct Served {
     bundles: Vec<store::BundleRecord>,
     configurations: Vec<store::TailConfiguration>,
     plans: Vec<store::TailPlan>,
+    checks: Option<store::TailChecks>,
+    settings: Option<store::OperatorSettings>,
     component: Option<store::ComponentRecord>,
     events: Vec<store::EventRecord>,
     finished: Vec<store::IssuedLife>,
@@ -93,6 +97,8 @@ async fn served(store: &Store) -> Result<Served, StoreError> {
         bundles: store.bundles().await?,
         configurations: store.sensor_configurations(&operator(), &tail("EC-MXA")).await?,
         plans: store.plans(&operator(), &tail("EC-MXA")).await?,
+        checks: store.checks(&operator(), &tail("EC-MXA")).await?,
+        settings: store.settings(&operator()).await?,
         component: store.component(&component("0001")).await?,
         events: store.events(&component("0001")).await?,
         finished: store.issued_on_finished_lives(&operator(), 200.0, 10).await?,
