@@ -4,6 +4,7 @@ mod postgres;
 
 pub mod backtest;
 pub mod backup;
+pub mod completions;
 pub mod demo;
 pub mod diagnose;
 pub mod due;

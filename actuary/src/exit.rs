@@ -1,6 +1,6 @@
 //! Exit codes: 0 ok, 1 failed, 2 bad input, 3 not reachable, 128 + n interrupted by signal n; one line on an error.
 
-use std::process::ExitCode;
+use std::{iter, process::ExitCode};
 
 use anyhow::anyhow;
 use clap::error::ErrorKind;
@@ -24,22 +24,30 @@ pub enum Failure {
     Interrupted(String),
 }
 
-/// Help and version go to standard output; what is wrong with a command line goes to standard error,
-/// in one line.
+/// Help and version go to standard output; what is wrong with a command line goes to standard error: what it is in the first
+/// line, and below it how the command is used.
 pub fn usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
         say::text(error);
         return code(Ok(()));
     }
-    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        note!("actuary: a command is missing: --help lists them");
-        return ExitCode::from(2);
-    }
     let text = error.to_string();
-    let wrong = text.split("\n\nUsage:").next().and_then(|text| text.split("\n\nFor more").next()).unwrap_or_default();
-    let line = wrong.split_whitespace().collect::<Vec<_>>().join(" ");
-    note!("actuary: {}", line.trim_start_matches("error: "));
+    match error.kind() {
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            note!("actuary: a command is missing\n\n{}", text.trim_end())
+        }
+        _ => note!("actuary: {}", told(&text)),
+    }
     ExitCode::from(2)
+}
+
+/// What clap says, its first paragraph in one line and no line empty.
+fn told(text: &str) -> String {
+    let (wrong, usage) = text.split_once("\n\n").unwrap_or((text, ""));
+    let wrong = wrong.split_whitespace().collect::<Vec<_>>().join(" ");
+    let lines = usage.lines().map(str::trim_end).filter(|line| !line.is_empty());
+    let wrong = wrong.strip_prefix("error: ").unwrap_or(&wrong);
+    iter::once(wrong).chain(lines).collect::<Vec<_>>().join("\n")
 }
 
 /// The process's exit code; an error is printed on standard error, in one line.
@@ -56,5 +64,20 @@ pub fn code(outcome: anyhow::Result<()>) -> ExitCode {
         Some(Failure::NotReachable(_)) => ExitCode::from(3),
         Some(Failure::Interrupted(_)) => ExitCode::from(interrupt::exit_code()),
         None => ExitCode::FAILURE,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_line_says_what_is_wrong_and_the_usage_is_below() {
+        let missing = "error: the following required arguments were not provided:\n  --out <FILE>\n\n\
+            Usage: actuary train --out <FILE>\n\nFor more information, try '--help'.\n";
+        let lines = "the following required arguments were not provided: --out <FILE>\n\
+            Usage: actuary train --out <FILE>\nFor more information, try '--help'.";
+        assert_eq!(told(missing), lines);
+        assert_eq!(told("error: none"), "none");
     }
 }

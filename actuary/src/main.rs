@@ -2,6 +2,7 @@
 
 #![deny(clippy::print_stdout, clippy::print_stderr, reason = "a reader that leaves is no failure: see `say`")]
 
+mod client;
 mod clock;
 mod command;
 mod database;
@@ -18,23 +19,25 @@ mod hindsight;
 mod http;
 mod interrupt;
 mod lesson;
+mod overview;
 mod progress;
 mod say;
 mod scorer;
 mod service;
 mod table;
 mod telemetry;
+mod terminal;
 mod upkeep;
 mod uplink;
 mod work;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{FromArgMatches, Parser, Subcommand};
 
 use crate::command::{
-    backtest, backup, demo, diagnose, due, frame, healthcheck, loads, migrate, model, rebuild, restore, serve,
-    simulate, token, train, verify, what_if, worker,
+    backtest, backup, completions, demo, diagnose, due, frame, healthcheck, loads, migrate, model, rebuild, restore,
+    serve, simulate, token, train, verify, what_if, worker,
 };
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
@@ -49,6 +52,7 @@ struct Cli {
 enum Command {
     Backtest(backtest::Arguments),
     Backup(backup::Arguments),
+    Completions(completions::Arguments),
     Demo(demo::Arguments),
     Serve(serve::Arguments),
     Train(train::Arguments),
@@ -71,17 +75,19 @@ enum Command {
 fn main() -> ExitCode {
     // Nothing else installs one, so this cannot fail; whoever speaks TLS finds it.
     let _ = rustls::crypto::ring::default_provider().install_default();
-    let cli = match Cli::try_parse() {
+    let program = overview::program::<Cli>();
+    let cli = match program.clone().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => return exit::usage(&error),
     };
-    environment::note_misspelt(&Cli::command());
+    environment::note_misspelt(&program);
     if let Err(error) = interrupt::watch() {
         return exit::code(Err(anyhow::Error::new(error).context("cannot listen for signals")));
     }
     let outcome = match cli.command {
         Command::Backtest(arguments) => backtest::run(arguments),
         Command::Backup(arguments) => backup::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments, program),
         Command::Demo(arguments) => demo::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
         Command::Train(arguments) => train::run(arguments),

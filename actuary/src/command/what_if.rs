@@ -1,21 +1,14 @@
 //! `actuary what-if`: the remaining life at a position of a running service, if its tail flew otherwise.
 
-use std::time::Duration;
-
-use anyhow::{Context, Result, anyhow};
+use anyhow::Result;
 use clap::Args;
 use domain::{Position, TailNumber};
 use proto::{answer::WhatIfAnswer, json::WhatIfBody};
-use reqwest::{Response, StatusCode};
 
 use crate::{
-    exit::Failure,
-    http::{self, Access, Address, shown},
+    client::{self, Endpoint, Question},
     say, table,
 };
-
-/// How long an answer may take.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Tell the remaining life of the actuator at a position as it is, and if its tail flew more or less, harder or easier,
 /// warmer or colder. Nothing is changed.
@@ -26,11 +19,6 @@ const PATIENCE: Duration = Duration::from_secs(60);
     remaining life tells a pace."
 )]
 pub struct Arguments {
-    /// The service.
-    #[arg(long, env = "ACTUARY_URL", hide_env_values = true, default_value = "http://127.0.0.1:8080")]
-    url: Address,
-    #[command(flatten)]
-    access: Access,
     /// The aircraft.
     #[arg(long)]
     tail: TailNumber,
@@ -55,6 +43,8 @@ pub struct Arguments {
     /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten, next_help_heading = "Service")]
+    endpoint: Endpoint,
 }
 
 /// A number that can be sent.
@@ -65,7 +55,7 @@ fn number(text: &str) -> Result<f64, String> {
 
 /// Prints the answer.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let answer = tokio::runtime::Builder::new_current_thread().enable_all().build()?.block_on(ask(arguments))?;
+    let answer = client::wait(ask(arguments))?;
     let text = if arguments.json { serde_json::to_string_pretty(&answer)? + "\n" } else { table::what_if(&answer) };
     say::text(text);
     Ok(())
@@ -73,10 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 async fn ask(arguments: &Arguments) -> Result<WhatIfAnswer> {
     let Arguments { tail, position, .. } = arguments;
-    let mut url = arguments.url.url()?;
-    let http = arguments.access.client(&url, PATIENCE)?;
-    let path = format!("{}/v1/tails/{tail}/positions/{position}/what-if", url.path().trim_end_matches('/'));
-    url.set_path(&path);
+    let path = ["v1", "tails", tail.as_str(), "positions", position.as_str(), "what-if"];
     let question = WhatIfBody {
         utilisation_fh_per_day: arguments.utilisation,
         load_factor: arguments.load_factor,
@@ -84,17 +71,5 @@ async fn ask(arguments: &Arguments) -> Result<WhatIfAnswer> {
         by: arguments.by.clone(),
         within_fh: arguments.within_fh,
     };
-    let answer = http.post(url.clone()).json(&question).send().await.map_err(|error| http::silent(&url, &error))?;
-    match answer.status() {
-        StatusCode::OK => answer.json().await.with_context(|| format!("{} answers oddly", shown(&url))),
-        StatusCode::SERVICE_UNAVAILABLE => Err(Failure::NotReachable(refusal(answer).await).into()),
-        status if status.is_client_error() => Err(Failure::BadInput(refusal(answer).await).into()),
-        _ => Err(anyhow!("{}", refusal(answer).await)),
-    }
-}
-
-/// Why the service refuses, in its own words.
-async fn refusal(answer: Response) -> String {
-    let from = shown(answer.url());
-    format!("{from} answers {}", http::said(answer).await)
+    arguments.endpoint.service()?.post(&Question::new(path), &question).await
 }

@@ -35,7 +35,7 @@ fn bad_input_exits_with_2_and_says_what_is_wrong() {
     refused(&["demo", "--weak-transmission", "FLAP-L"], 2, "the fleet has EC-A001/AIL-L to EC-A003/AIL-R");
     refused(&["simulate", "fleet", "--url", "http://127.0.0.1:9", "--positions", "7"], 2, "--positions");
     refused(&["demo", "--colour"], 2, "--colour");
-    refused(&[], 2, "a command is missing: --help lists them");
+    refused(&[], 2, "a command is missing");
     refused(&["model"], 2, "a command is missing");
     refused(&["restore", "--from", folder.path().to_str().unwrap()], 2, "is no file");
     refused(&["simulate", "fleet", "--url", "nowhere"], 2, "http:// or https:// is missing, as in http://nowhere");
@@ -254,4 +254,41 @@ async fn a_service_to_which_nobody_listens_goes_on() {
     assert!(tests::http().get(&health).send().await.unwrap().status().is_success());
     service.kill().unwrap();
     service.wait().unwrap();
+}
+
+#[test]
+fn a_command_line_that_is_wrong_is_told_what_is_wrong_first_and_how_it_is_used_below() {
+    let lines = |arguments: &[&str]| {
+        let output = tests::run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+        String::from_utf8(output.stderr).unwrap().lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let missing = lines(&["train"]);
+    assert!(
+        missing[0].starts_with("actuary: the following required arguments were not provided: --out"),
+        "{missing:?}"
+    );
+    assert!(missing.iter().any(|line| line.starts_with("Usage: actuary train")), "{missing:?}");
+    let odd = lines(&["demo", "--tail", "3"]);
+    assert_eq!(odd[0], "actuary: unexpected argument '--tail' found");
+    assert!(odd[1].contains("'--tails'") && odd.iter().any(|line| line.starts_with("Usage: ")), "{odd:?}");
+    for (group, command) in [(&[][..], "  what-if "), (&["model"], "  activate "), (&["simulate"], "  history ")] {
+        let said = lines(group);
+        assert_eq!(said[0], "actuary: a command is missing", "{group:?}");
+        assert!(said.iter().any(|line| line.starts_with(command)), "{group:?}: {said:?}");
+    }
+}
+
+#[test]
+fn shells_get_completions_of_every_command() {
+    let help = String::from_utf8(tests::run(&["--help"]).stdout).unwrap();
+    assert!(help.contains("Ask a running service:\n") && help.contains("--version"), "{help}");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = String::from_utf8(tests::run(&["completions", shell]).stdout).unwrap();
+        for name in ["due", "what-if", "backtest", "within-fh"] {
+            assert!(script.contains(name), "{shell} completes {name}");
+        }
+    }
+    refused(&["completions", "tcl"], 2, "possible values: bash, elvish, fish, powershell, zsh");
 }
