@@ -4,6 +4,7 @@ mod postgres;
 
 pub mod backtest;
 pub mod backup;
+pub mod checks;
 pub mod completions;
 pub mod demo;
 pub mod diagnose;
@@ -16,6 +17,7 @@ pub mod model;
 pub mod rebuild;
 pub mod restore;
 pub mod serve;
+pub mod settings;
 pub mod simulate;
 pub mod token;
 pub mod train;
