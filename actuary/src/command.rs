@@ -4,7 +4,6 @@ mod postgres;
 
 pub mod backtest;
 pub mod backup;
-pub mod checks;
 pub mod completions;
 pub mod demo;
 pub mod diagnose;
@@ -17,7 +16,6 @@ pub mod model;
 pub mod rebuild;
 pub mod restore;
 pub mod serve;
-pub mod settings;
 pub mod simulate;
 pub mod token;
 pub mod train;

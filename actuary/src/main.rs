@@ -36,8 +36,8 @@ use std::process::ExitCode;
 use clap::{FromArgMatches, Parser, Subcommand};
 
 use crate::command::{
-    backtest, backup, checks, completions, demo, diagnose, due, frame, healthcheck, loads, migrate, model, rebuild,
-    restore, serve, settings, simulate, token, train, verify, what_if, worker,
+    backtest, backup, completions, demo, diagnose, due, frame, healthcheck, loads, migrate, model, rebuild, restore,
+    serve, simulate, token, train, verify, what_if, worker,
 };
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
@@ -52,7 +52,6 @@ struct Cli {
 enum Command {
     Backtest(backtest::Arguments),
     Backup(backup::Arguments),
-    Checks(checks::Arguments),
     Completions(completions::Arguments),
     Demo(demo::Arguments),
     Serve(serve::Arguments),
@@ -66,7 +65,6 @@ enum Command {
     Model(model::Arguments),
     Rebuild(rebuild::Arguments),
     Restore(restore::Arguments),
-    Settings(settings::Arguments),
     Simulate(simulate::Arguments),
     Token(token::Arguments),
     Verify(verify::Arguments),
@@ -89,7 +87,6 @@ fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Backtest(arguments) => backtest::run(arguments),
         Command::Backup(arguments) => backup::run(&arguments),
-        Command::Checks(arguments) => checks::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, program),
         Command::Demo(arguments) => demo::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
@@ -104,7 +101,6 @@ fn main() -> ExitCode {
         Command::Model(arguments) => model::run(&arguments),
         Command::Rebuild(arguments) => rebuild::run(&arguments),
         Command::Restore(arguments) => restore::run(&arguments),
-        Command::Settings(arguments) => settings::run(&arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Token(arguments) => token::run(arguments),
         Command::Verify(arguments) => verify::run(&arguments),

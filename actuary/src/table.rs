@@ -1,9 +1,7 @@
 //! The fleet in the terminal: one line per component, worst first.
 
-mod checks;
 mod due;
 mod frames;
-mod settings;
 mod tokens;
 mod what_if;
 
@@ -12,10 +10,8 @@ use std::fmt::Write as _;
 use domain::{Status, Timestamp};
 use proto::answer::RulAnswer;
 
-pub use checks::{checks, import};
 pub use due::due;
 pub use frames::{frame, frame_keys, subject};
-pub use settings::settings;
 pub use tokens::tokens;
 pub use what_if::what_if;
 

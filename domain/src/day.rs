@@ -3,6 +3,7 @@
 use std::{fmt, str::FromStr};
 
 use jiff::{
+    ToSpan,
     civil::{Date, Time},
     tz::{TimeZone, TimeZoneDatabase},
 };
@@ -64,6 +65,11 @@ impl Day {
     /// Whole days from `earlier` to here; negative where it is later.
     pub fn days_since(self, earlier: Self) -> i64 {
         i64::from((self.0 - earlier.0).get_days())
+    }
+
+    /// The day after.
+    pub fn next(self) -> Self {
+        Self(self.0.saturating_add(1.day()))
     }
 
     /// The parts of the date: year, month (from 1), day of the month, and day of the week (Monday is 1).

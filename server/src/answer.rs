@@ -10,29 +10,53 @@ use proto::answer::{
 };
 use store::{BundleRecord, ComponentRecord, Installed, LifeBeginning, SetAsideUploads, TailInShort, Unit};
 
-use crate::{CODE_VERSION, present::Present, refusal::Refusal, state::State};
+use crate::{
+    CODE_VERSION, judged,
+    present::Present,
+    question::{Question, Sent},
+    refusal::Refusal,
+    state::State,
+};
 
 /// Hours for which P(failure within) is told unless asked otherwise.
 const WITHIN_FH: [f64; 5] = [100.0, 250.0, 500.0, 1000.0, 2000.0];
 /// Dates further away are not told.
 const MAX_DAYS: f64 = 36_525.0;
 
+/// What is asked about a remaining life.
+#[derive(Debug, Clone, Default)]
+pub struct RulQuestion {
+    /// The hours for which P(failure within) is told; some where none are asked about.
+    pub within_fh: Option<Vec<f64>>,
+    /// What it has to last for.
+    pub before: Question,
+}
+
+impl RulQuestion {
+    /// A question about hours, and about what it has to last for as it was sent. A single hour is also that, unless a day or
+    /// a check is.
+    pub fn new(within_fh: Option<Vec<f64>>, sent: Sent, present: &Present) -> Result<Self, Refusal> {
+        let within = match within_fh.as_deref() {
+            Some(&[hours]) if sent.by.is_none() && sent.check.is_none() => Some(hours),
+            _ => None,
+        };
+        let before = Sent { within_fh: within, ..sent }.checked(present)?;
+        Ok(Self { within_fh, before })
+    }
+}
+
 /// The remaining life of an installed component as it reads now.
-pub fn rul(present: &Present, installed: &Installed, within_fh: Option<&[f64]>) -> RulAnswer {
-    rul_by(present, installed, within_fh, None)
+pub fn rul(present: &Present, installed: &Installed, asked: &RulQuestion) -> RulAnswer {
+    rul_by(present, installed, asked, None)
 }
 
 /// The same by other flight hours per day than those of its tail.
-pub fn rul_by(
-    present: &Present,
-    installed: &Installed,
-    within_fh: Option<&[f64]>,
-    flown: Option<&Schedule>,
-) -> RulAnswer {
+pub fn rul_by(present: &Present, installed: &Installed, asked: &RulQuestion, flown: Option<&Schedule>) -> RulAnswer {
+    let judged = judged::installed(present, &asked.before, installed, flown);
     let prognosis = installed.prognosis.as_ref();
     let forecast = prognosis.and_then(|prognosis| prognosis.forecast.as_ref().ok());
     let distribution = forecast.map(|forecast| &forecast.rul);
-    let within_fh = within_fh.unwrap_or(&WITHIN_FH);
+    let within_fh = asked.within_fh.as_deref().unwrap_or(&WITHIN_FH);
     RulAnswer {
         tail: installed.tail.to_string(),
         position: installed.position.to_string(),
@@ -41,7 +65,11 @@ pub fn rul_by(
         serial_number: installed.serial_number.to_string(),
         life: installed.overhaul_index,
         as_of: prognosis.map(|prognosis| prognosis.as_of.clone()),
-        status: present.status(installed),
+        status: judged.status,
+        urgency: judged.urgency,
+        before: judged.before,
+        was_due_by: judged.was_due_by,
+        data_age_days: judged.data_age_days,
         found_failed_fh: installed.found_failed_fh,
         missing: forecast.is_none().then(|| missing(&installed.in_short())).flatten(),
         rul_fh: distribution.map(RulQuantiles::from),
@@ -50,7 +78,7 @@ pub fn rul_by(
         probability_of_failure: distribution
             .map(|rul| within_fh.iter().map(|&hours| FailureProbability::new(rul, hours)).collect()),
         end_of_life: prognosis.zip(distribution).and_then(|(prognosis, rul)| {
-            end_of_life(rul, &flown.cloned().unwrap_or_else(|| schedule(installed, &prognosis.as_of)))
+            end_of_life(present, rul, &flown.cloned().unwrap_or_else(|| schedule(installed, &prognosis.as_of)))
         }),
         fault_vector: forecast.map(|forecast| Fault::by_name(&forecast.faults)),
         dominant_fault: forecast.map(|forecast| forecast.dominant_fault.clone()),
@@ -124,13 +152,14 @@ pub fn schedule(installed: &Installed, as_of: &AsOf) -> Schedule {
 }
 
 /// Dates at which quantiles of remaining life are flown; `None` for a tail that does not fly, as far as is known.
-pub fn end_of_life(rul: &RulDistribution, schedule: &Schedule) -> Option<EndOfLife> {
-    dates([0.10, 0.50, 0.90].map(|level| rul.quantile_fh(level)), schedule)
+pub fn end_of_life(present: &Present, rul: &RulDistribution, schedule: &Schedule) -> Option<EndOfLife> {
+    dates(present, [0.10, 0.50, 0.90].map(|level| rul.quantile_fh(level)), schedule)
 }
 
 /// Dates at which the 10 %, 50 % and 90 % quantiles are flown.
-pub fn dates(quantiles: [Option<f64>; 3], schedule: &Schedule) -> Option<EndOfLife> {
-    let [date_p10, date_p50, date_p90] = quantiles.map(|hours| date_after(schedule, hours?));
+pub fn dates(present: &Present, quantiles: [Option<f64>; 3], schedule: &Schedule) -> Option<EndOfLife> {
+    let day = |hours| time_after(schedule, hours).map(|time| present.zone().day_of(time).to_string());
+    let [date_p10, date_p50, date_p90] = quantiles.map(|hours| day(hours?));
     let first = quantiles.into_iter().flatten().next();
     let fh_per_day = match schedule.source() {
         UtilisationSource::Plan => first.and_then(|hours| schedule.mean_fh_per_day(hours)),
@@ -149,11 +178,6 @@ pub fn dates(quantiles: [Option<f64>; 3], schedule: &Schedule) -> Option<EndOfLi
 /// The time at which flight hours are flown; `None` for one that is too far away to be told.
 pub fn time_after(schedule: &Schedule, hours: f64) -> Option<Timestamp> {
     schedule.time_after(hours).filter(|time| time.hours_since(schedule.begin()) <= 24.0 * MAX_DAYS)
-}
-
-/// The date on which flight hours are flown.
-pub fn date_after(schedule: &Schedule, hours: f64) -> Option<String> {
-    time_after(schedule, hours)?.to_string().split('T').next().map(str::to_owned)
 }
 
 /// The component that is installed at a position.
@@ -177,13 +201,13 @@ pub async fn tail_ruls(
     present: &Present,
     operator: &OperatorId,
     tail: &TailNumber,
-    within_fh: Option<&[f64]>,
+    asked: &RulQuestion,
 ) -> Result<Vec<RulAnswer>, Refusal> {
     let installed = state.store.installed(operator, tail).await?;
     if installed.is_empty() && !state.store.knows_tail(operator, tail).await? {
         return Err(Refusal::NotFound(format!("tail {tail} is not known")));
     }
-    Ok(installed.iter().map(|installed| rul(present, installed, within_fh)).collect())
+    Ok(installed.iter().map(|installed| rul(present, installed, asked)).collect())
 }
 
 /// A tail: what is installed on it, and what was last there and has no known place.
@@ -193,10 +217,11 @@ pub async fn tail(
     operator: &OperatorId,
     tail: &TailNumber,
 ) -> Result<TailAnswer, Refusal> {
-    let ruls = tail_ruls(state, present, operator, tail, None).await?;
+    let asked = RulQuestion::default();
+    let ruls = tail_ruls(state, present, operator, tail, &asked).await?;
     let mut displaced = state.store.displaced(operator).await?;
     displaced.retain(|one| one.tail == *tail);
-    let displaced = displaced.iter().map(|one| rul(present, one, None)).collect();
+    let displaced = displaced.iter().map(|one| rul(present, one, &asked)).collect();
     Ok(TailAnswer::new(tail.to_string(), ruls, displaced))
 }
 

@@ -87,8 +87,12 @@ impl Asked {
     ) -> Result<Response, Refusal> {
         // Before anything is read: what is kept under this version is at least as new.
         let version = shared.state.store.version(&self.operator, scope).await?;
-        let key = Key { operator: self.operator, target: self.target, version };
-        let kept = shared.kept.get(key, &shared.state.present(), make).await?;
+        let key = Key { operator: self.operator.clone(), target: self.target, version };
+        let made = async || {
+            let present = shared.state.present(&self.operator).await?;
+            make(&present).await.map(|answer| (answer, present))
+        };
+        let kept = shared.kept.get(key, (shared.state.clock)(), made).await?;
         let encoding = kept.encoding(self.wanted);
         let tag = kept.tag(encoding);
         let mut response = match self.known.includes(&tag) {

@@ -7,59 +7,20 @@
 use std::cmp::Ordering;
 
 use domain::{
-    ADVISORY, ContentHash, DoubtKind, OperatorId, PartNumber, Position, RulDistribution, SerialNumber, Status,
-    TailNumber, rul::HORIZON_FH,
+    ADVISORY, ContentHash, DoubtKind, OperatorId, PartNumber, Period, Position, SerialNumber, Status, TailNumber,
+    Urgency, check::NEXT,
 };
 use proto::answer::{DueAnswer, DueItem, DueTotals, LatestSafe};
-use serde::Deserializer;
-use store::{ListedUnit, MayBeDue, Unit};
+use store::{ListedUnit, Unit, UnitsAsked};
 
-use crate::{answer, present::Present, query, refusal::Refusal, state::State};
-
-/// Hours that are asked about unless told otherwise.
-pub const WITHIN_FH: f64 = 500.0;
-/// Risk above which a component is due unless told otherwise.
-pub const RISK: f64 = 0.1;
-/// The rule for hours.
-pub const WITHIN_RULE: &str = "flight hours from 0 to 10000, the horizon of forecasts";
-/// The rule for a risk.
-pub const RISK_RULE: &str = "a probability above 0 and below 1";
-
-/// The meaning of due.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Threshold {
-    /// Flight hours from the newest data.
-    pub within_fh: f64,
-    /// Probability of failure within them, above which a component is due.
-    pub risk: f64,
-}
-
-impl Threshold {
-    /// The threshold of what was asked for.
-    pub fn new(within_fh: Option<f64>, risk: Option<f64>) -> Self {
-        Self { within_fh: within_fh.unwrap_or(WITHIN_FH), risk: risk.unwrap_or(RISK) }
-    }
-}
-
-/// Tells whether hours can be asked about.
-pub fn is_within(hours: f64) -> bool {
-    (0.0..=HORIZON_FH).contains(&hours)
-}
-
-/// Tells whether a risk can be asked about.
-pub fn is_risk(risk: f64) -> bool {
-    risk > 0.0 && risk < 1.0
-}
-
-/// Hours in a query, if they can be asked about.
-pub fn within<'de, D: Deserializer<'de>>(given: D) -> Result<Option<f64>, D::Error> {
-    query::number(given, WITHIN_RULE, is_within)
-}
-
-/// A risk in a query, if it can be asked about.
-pub fn risk<'de, D: Deserializer<'de>>(given: D) -> Result<Option<f64>, D::Error> {
-    query::number(given, RISK_RULE, is_risk)
-}
+use crate::{
+    answer,
+    judged::{self, Judged, Safe},
+    present::Present,
+    question::Question,
+    refusal::Refusal,
+    state::State,
+};
 
 /// The part of the list that a component is in, the most urgent first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -115,7 +76,8 @@ impl Place {
 
 /// The due list of an operator, in its order.
 pub struct DueList {
-    threshold: Threshold,
+    asked: Question,
+    risk: f64,
     totals: DueTotals,
     entries: Vec<(Place, DueItem)>,
 }
@@ -126,26 +88,26 @@ impl DueList {
         state: &State,
         present: &Present,
         operator: &OperatorId,
-        threshold: Threshold,
+        asked: Question,
     ) -> Result<Self, Refusal> {
-        let Threshold { within_fh, risk } = threshold;
-        let MayBeDue { units, components, oldest_fresh } =
-            state.store.may_be_due(operator, within_fh, risk, present.stale_before()).await?;
-        // Those that were left out come in when they grow stale.
-        oldest_fresh.inspect(|time| present.notes_age_of(*time));
-        let totals = DueTotals { components, ..DueTotals::default() };
-        let mut list = Self { threshold, totals, entries: Vec::new() };
+        let may_be_due = |listed: &ListedUnit| part(&asked, listed, &judged::listed(present, &asked, listed)).is_some();
+        let units = state.store.units(operator, UnitsAsked::default(), may_be_due).await?;
+        let totals = DueTotals { components: units.len() as u64, ..DueTotals::default() };
+        let risk = asked.risk.unwrap_or(present.settings().risk);
+        let mut list = Self { asked, risk, totals, entries: Vec::new() };
         units.iter().for_each(|listed| list.add(present, listed));
         list.entries.sort_by(|a, b| a.0.order(&b.0));
         Ok(list)
     }
 
     fn add(&mut self, present: &Present, listed: &ListedUnit) {
-        let Some((part, item)) = judged(present, listed, self.threshold) else { return };
+        let judged = judged::listed(present, &self.asked, listed);
+        let Some(part) = part(&self.asked, listed, &judged) else { return };
         match part {
             Part::Failed | Part::Due => self.totals.due += 1,
             Part::Unknown => self.totals.unknown += 1,
         }
+        let item = item(present, &self.asked, listed, part, judged);
         let place = Place {
             part,
             // A component that was found failed may have no forecast.
@@ -168,8 +130,17 @@ impl DueList {
         let (unknown, due): (Vec<_>, Vec<_>) = entries.into_iter().partition(|(place, _)| place.part == Part::Unknown);
         let items = |entries: Vec<(Place, DueItem)>| entries.into_iter().map(|(_, item)| item).collect();
         DueAnswer {
-            within_fh: self.threshold.within_fh,
-            risk: self.threshold.risk,
+            within_fh: judged::within_fh(&self.asked),
+            by: match self.asked.period {
+                Period::By(day) => Some(day),
+                _ => None,
+            },
+            check: match &self.asked.period {
+                Period::NextCheck => Some(NEXT.to_owned()),
+                Period::Check(name) => Some(name.to_string()),
+                _ => None,
+            },
+            risk: self.risk,
             totals: self.totals,
             items: items(due),
             unknown: items(unknown),
@@ -191,42 +162,45 @@ pub fn unit(place_known: bool, part_number: &PartNumber, serial_number: &SerialN
     if place_known { 0 } else { first.max(1) }
 }
 
-/// A component that belongs on the list, and where; `None` for one that is known not to be due.
-fn judged(present: &Present, listed: &ListedUnit, threshold: Threshold) -> Option<(Part, DueItem)> {
-    let ListedUnit { unit, rul, .. } = listed;
-    let status = present.status_of_unit(unit);
-    let p = rul.as_ref().and_then(|rul| rul.probability_within(threshold.within_fh));
-    let reason = why_unknown(present, unit, status, threshold);
-    let reason = if unit.place_known { reason } else { Some(without_place(unit, reason)) };
-    let part = match (status, p) {
-        (Status::Failed, _) => Part::Failed,
-        (_, Some((p, _))) if p > threshold.risk => Part::Due,
-        _ if reason.is_some() => Part::Unknown,
-        _ => return None,
-    };
-    let told = p.filter(|_| part != Part::Unknown && unit.found_failed_fh.is_none());
-    let safe = rul.as_ref().filter(|_| part == Part::Due).and_then(|rul| latest_safe(listed, rul, threshold));
-    let (p, standard_error) = told.unzip();
-    Some((part, DueItem { p, standard_error, latest_safe: safe, reason, ..item(unit, status) }))
+/// The part of the list that a component belongs in; `None` for one that is known not to be due. As long as its draws are
+/// not read, one of which they have to tell belongs on it.
+fn part(asked: &Question, listed: &ListedUnit, judged: &Judged) -> Option<Part> {
+    let is_urgent = asked.period == Period::NextCheck && judged.urgency == Urgency::ActNow;
+    let is_known = listed.unit.place_known && matches!(judged.status, Status::Current | Status::BeyondHorizon);
+    match (judged.status, judged.exceeds_risk) {
+        (Status::Failed, _) => Some(Part::Failed),
+        (_, Some(true)) => Some(Part::Due),
+        _ if is_urgent => Some(Part::Due),
+        (_, Some(false)) if is_known => None,
+        _ => Some(Part::Unknown),
+    }
 }
 
-/// A component without what depends on the threshold.
-fn item(unit: &Unit, status: Status) -> DueItem {
+/// A component as the list tells of it.
+fn item(present: &Present, asked: &Question, listed: &ListedUnit, part: Part, judged: Judged) -> DueItem {
+    let unit = &listed.unit;
+    let reason = why_unknown(present, unit, judged.status).or_else(|| judged::why_out_of_reach(asked, listed, &judged));
     let outlook = unit.prognosis.as_ref().and_then(|prognosis| prognosis.outlook.as_ref().ok());
+    let told = judged.before.p.zip(judged.before.standard_error).filter(|_| part != Part::Unknown);
+    let (p, standard_error) = told.unzip();
     DueItem {
         tail: unit.place_known.then(|| unit.tail.to_string()),
         position: unit.place_known.then(|| unit.position.to_string()),
         part_number: unit.part_number.to_string(),
         serial_number: unit.serial_number.to_string(),
         life: unit.overhaul_index,
-        status,
         dominant_fault: outlook.map(|outlook| outlook.dominant_fault.clone()),
-        p: None,
-        standard_error: None,
-        latest_safe: None,
+        p,
+        standard_error,
+        latest_safe: judged.safe.filter(|_| part == Part::Due).and_then(|safe| latest_safe(listed, safe)),
         as_of: unit.prognosis.as_ref().map(|prognosis| prognosis.as_of.clone()),
         doubts: outlook.map(|outlook| outlook.doubts.clone()),
-        reason: None,
+        reason: if unit.place_known { reason } else { Some(without_place(unit, reason)) },
+        status: judged.status,
+        urgency: judged.urgency,
+        before: judged.before,
+        was_due_by: judged.was_due_by,
+        data_age_days: judged.data_age_days,
     }
 }
 
@@ -240,7 +214,7 @@ fn without_place(Unit { tail, position, .. }: &Unit, reason: Option<String>) -> 
 }
 
 /// Tells why the state of a component is unknown, or how its failure is known; `None` when its forecast says it.
-fn why_unknown(present: &Present, unit: &Unit, status: Status, threshold: Threshold) -> Option<String> {
+fn why_unknown(present: &Present, unit: &Unit, status: Status) -> Option<String> {
     let prognosis = unit.prognosis.as_ref();
     match status {
         Status::Failed => unit.found_failed_fh.map(|hours| format!("found failed at {hours} fh")),
@@ -253,26 +227,18 @@ fn why_unknown(present: &Present, unit: &Unit, status: Status, threshold: Thresh
             let against = doubts.filter(|doubt| doubt.kind != DoubtKind::OutsideTraining);
             against.map(|doubt| doubt.detail.as_str()).collect::<Vec<_>>().join("; ")
         }),
-        Status::Current | Status::BeyondHorizon => {
-            let horizon_fh = prognosis?.outlook.as_ref().ok()?.horizon_fh;
-            (threshold.within_fh > horizon_fh).then(|| format!("its forecast ends at {horizon_fh} fh"))
-        }
+        Status::Current | Status::BeyondHorizon => None,
     }
 }
 
-/// The latest safe hours of a component that is due. A quantile lies between two draws, the latter of which may be
-/// beyond the hours
-/// that were asked about or the horizon; but within those hours the risk is exceeded.
-fn latest_safe(listed: &ListedUnit, rul: &RulDistribution, threshold: Threshold) -> Option<LatestSafe> {
+fn latest_safe(listed: &ListedUnit, safe: Safe) -> Option<LatestSafe> {
     let as_of = &listed.unit.prognosis.as_ref()?.as_of;
-    let remaining_fh = rul.quantile_fh(threshold.risk).map_or(threshold.within_fh, |fh| fh.min(threshold.within_fh));
     let schedule = listed.plan.schedule(as_of.recorded_at, listed.utilisation_fh_per_day);
-    let date = answer::date_after(&schedule, remaining_fh);
     Some(LatestSafe {
-        remaining_fh,
-        flight_hours: as_of.flight_hours + remaining_fh,
-        utilisation_source: date.is_some().then(|| schedule.source()),
-        date,
+        remaining_fh: safe.remaining_fh,
+        flight_hours: as_of.flight_hours + safe.remaining_fh,
+        utilisation_source: safe.date.is_some().then(|| schedule.source()),
+        date: safe.date.map(Into::into),
     })
 }
 

@@ -5,13 +5,15 @@
 
 use std::{cmp::Ordering, collections::BTreeMap};
 
-use domain::{OperatorId, PartNumber, Position, Status, TailNumber};
+use domain::{OperatorId, PartNumber, Position, Status, TailNumber, Urgency};
 use proto::answer::{Page, RulAnswer};
 use store::{ListedUnit, Unit, UnitsAsked};
 
 use crate::{
     answer,
-    due::{RISK, WITHIN_FH, unit},
+    answer::RulQuestion,
+    due::unit,
+    judged::{self, Judged},
     present::Present,
     refusal::Refusal,
     state::State,
@@ -22,6 +24,8 @@ use crate::{
 pub struct Choice {
     /// With one of these statuses; with any where there is none.
     pub statuses: Vec<Status>,
+    /// Of one of these urgencies; of any where there is none.
+    pub urgencies: Vec<Urgency>,
     /// On this tail.
     pub tail: Option<TailNumber>,
     /// At this position.
@@ -31,9 +35,10 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Tells whether a unit has a status that is asked for.
-    fn includes(&self, present: &Present, unit: &Unit) -> bool {
-        self.statuses.is_empty() || self.statuses.contains(&present.status_of_unit(unit))
+    /// Tells whether a unit has a status and an urgency that are asked for.
+    fn includes(&self, judged: &Judged) -> bool {
+        (self.statuses.is_empty() || self.statuses.contains(&judged.status))
+            && (self.urgencies.is_empty() || self.urgencies.contains(&judged.urgency))
     }
 }
 
@@ -47,11 +52,13 @@ pub enum Order {
     Risk,
     /// Failed ones, then by the date on which one in ten will have failed; behind them those without such a date.
     Date,
+    /// By urgency, then by that date.
+    Urgency,
 }
 
 impl Order {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Place, Self::Risk, Self::Date];
+    pub const ALL: [Self; 4] = [Self::Place, Self::Risk, Self::Date, Self::Urgency];
 
     /// The name.
     pub fn as_str(self) -> &'static str {
@@ -59,6 +66,15 @@ impl Order {
             Self::Place => "place",
             Self::Risk => "risk",
             Self::Date => "date",
+            Self::Urgency => "urgency",
+        }
+    }
+
+    /// The number of parts that a list has.
+    fn parts(self) -> u8 {
+        match self {
+            Self::Urgency => Urgency::ALL.len() as u8,
+            Self::Place | Self::Risk | Self::Date => UNKNOWN + 1,
         }
     }
 
@@ -83,12 +99,13 @@ pub struct Rank {
 }
 
 impl Rank {
-    fn of(present: &Present, listed: &ListedUnit, order: Order, within_fh: f64) -> Self {
+    fn of(listed: &ListedUnit, judged: &Judged, order: Order) -> Self {
         let one = &listed.unit;
         let (part, figure) = match order {
             Order::Place => (u8::from(!one.place_known), 0.0),
-            Order::Risk => by_risk(present, listed, within_fh),
-            Order::Date => by_date(present, listed),
+            Order::Risk => by_risk(one, judged),
+            Order::Date => by_date(judged),
+            Order::Urgency => (judged.urgency as u8, judged.p10_at.map_or(f64::MAX, |time| time.micros() as f64)),
         };
         let unit = unit(one.place_known, &one.part_number, &one.serial_number);
         Self { order, part, figure, tail: one.tail.clone(), position: one.position.clone(), unit }
@@ -110,7 +127,7 @@ impl Rank {
         // A position may hold the separator, and comes last.
         let mut parts = text.splitn(6, '_');
         let order = Order::named(parts.next()?)?;
-        let part = parts.next()?.parse().ok().filter(|part| *part <= UNKNOWN)?;
+        let part = parts.next()?.parse().ok().filter(|part| *part < order.parts())?;
         let figure = parts.next()?.parse().ok().filter(|figure: &f64| figure.is_finite())?;
         let unit = parts.next()?.parse().ok()?;
         let (tail, position) = (parts.next()?.parse().ok()?, parts.next()?.parse().ok()?);
@@ -124,24 +141,17 @@ const KNOWN: u8 = 1;
 const UNKNOWN: u8 = 2;
 
 /// As on the due list: what is uncertain is among what is known where its last numbers exceed the risk.
-fn by_risk(present: &Present, ListedUnit { unit, rul, .. }: &ListedUnit, within_fh: f64) -> (u8, f64) {
-    let p = rul.as_ref().and_then(|rul| rul.probability_within(within_fh)).map(|(p, _)| p);
-    match (present.status_of_unit(unit), p) {
+fn by_risk(unit: &Unit, judged: &Judged) -> (u8, f64) {
+    match (judged.status, judged.before.p) {
         (Status::Failed, p) => (FAILED, -p.unwrap_or(1.0)),
-        (_, Some(p)) if p > RISK => (KNOWN, -p),
+        (_, Some(p)) if judged.exceeds_risk == Some(true) => (KNOWN, -p),
         (Status::Current | Status::BeyondHorizon, Some(p)) if unit.place_known => (KNOWN, -p),
         _ => (UNKNOWN, 0.0),
     }
 }
 
-fn by_date(present: &Present, listed: &ListedUnit) -> (u8, f64) {
-    let forecast = || {
-        let prognosis = listed.unit.prognosis.as_ref()?;
-        let p10_fh = prognosis.outlook.as_ref().ok()?.quantile_fh(0.1)?;
-        let schedule = listed.plan.schedule(prognosis.as_of.recorded_at, listed.utilisation_fh_per_day);
-        answer::time_after(&schedule, p10_fh)
-    };
-    match (present.status_of_unit(&listed.unit), forecast()) {
+fn by_date(judged: &Judged) -> (u8, f64) {
+    match (judged.status, judged.p10_at) {
         (Status::Failed, _) => (FAILED, 0.0),
         (_, Some(time)) => (KNOWN, time.micros() as f64),
         (_, None) => (UNKNOWN, 0.0),
@@ -155,8 +165,8 @@ pub struct FleetQuestion {
     pub choice: Choice,
     /// In which order.
     pub order: Order,
-    /// The flight hours for which P(failure within) is told, and that the order by risk goes by.
-    pub within_fh: Option<f64>,
+    /// What they have to last for, which the urgencies and the order by risk go by, and the hours that are told of.
+    pub asked: RulQuestion,
     /// The rank behind which the page begins.
     pub after: Option<Rank>,
     /// Most units.
@@ -177,25 +187,32 @@ impl FleetQuestion {
 
     /// What is read for it. By place and whatever the status, no more than the page is read.
     fn units(&self) -> UnitsAsked<'_> {
-        let Choice { statuses, tail, position, part_number } = &self.choice;
+        let Choice { statuses, urgencies, tail, position, part_number } = &self.choice;
         let by_place = self.order == Order::Place;
         let placed = self.after.as_ref().filter(|after| by_place && after.part == 0);
-        let is_page = by_place && statuses.is_empty() && self.after.is_none() == placed.is_none();
+        let chooses = !statuses.is_empty() || !urgencies.is_empty();
+        let is_page = by_place && !chooses && self.after.is_none() == placed.is_none();
         UnitsAsked {
             tail: tail.as_ref(),
             position: position.as_ref(),
             part_number: part_number.as_ref(),
             after: placed.map(|after| (&after.tail, &after.position)),
-            with_draws: self.order == Order::Risk,
             limit: is_page.then_some(self.limit + 1),
         }
     }
 
+    /// Tells whether the rank of a unit, or whether it is asked for, is known only by its draws.
+    fn has_to_draw(&self, present: &Present, listed: &ListedUnit) -> bool {
+        let by_urgency = self.order == Order::Urgency || !self.choice.urgencies.is_empty();
+        let is_open = || judged::listed(present, &self.asked.before, listed).exceeds_risk.is_none();
+        self.order == Order::Risk || (by_urgency && is_open())
+    }
+
     fn rank(&self, present: &Present, listed: &ListedUnit) -> Option<Rank> {
-        let asked_for = self.choice.includes(present, &listed.unit);
-        let rank = || Rank::of(present, listed, self.order, self.within_fh.unwrap_or(WITHIN_FH));
+        let judged = judged::listed(present, &self.asked.before, listed);
+        let rank = || Rank::of(listed, &judged, self.order);
         let is_behind = |rank: &Rank| self.after.as_ref().is_none_or(|after| rank.compare(after).is_gt());
-        asked_for.then(rank).filter(is_behind)
+        self.choice.includes(&judged).then(rank).filter(is_behind)
     }
 }
 
@@ -206,7 +223,8 @@ pub async fn page(
     operator: &OperatorId,
     asked: &FleetQuestion,
 ) -> Result<Page<RulAnswer>, Refusal> {
-    let listed = state.store.units(operator, asked.units()).await?;
+    let draws = |listed: &ListedUnit| asked.has_to_draw(present, listed);
+    let listed = state.store.units(operator, asked.units(), draws).await?;
     let ranked = listed.into_iter().filter_map(|one| Some((asked.rank(present, &one)?, one.unit)));
     let mut units: Vec<(Rank, Unit)> = ranked.collect();
     units.sort_by(|(a, _), (b, _)| a.compare(b));
@@ -216,10 +234,8 @@ pub async fn page(
     for one in state.store.installed_units(operator, &names).await? {
         told.insert((one.part_number.clone(), one.serial_number.clone()), one);
     }
-    let within_fh = asked.within_fh.as_slice();
-    let within_fh = Some(within_fh).filter(|hours| !hours.is_empty());
     // One that lost its place meanwhile is told no longer.
-    let items = names.iter().filter_map(|name| Some(answer::rul(present, told.get(name)?, within_fh)));
+    let items = names.iter().filter_map(|name| Some(answer::rul(present, told.get(name)?, &asked.asked)));
     Ok(Page { items: items.collect(), next_cursor })
 }
 

@@ -90,23 +90,23 @@ impl fmt::Debug for KeptAnswers {
 }
 
 impl KeptAnswers {
-    /// The answer of a key as it reads at present: as it was kept, or as `make` builds it. Of those who ask for the same
-    /// at the same time one builds it.
+    /// The answer of a key as it reads `now`: as it was kept, or as `make` builds it with the moment of it. Of those who ask
+    /// for the same at the same time one builds it.
     pub async fn get<R: IntoResponse>(
         &self,
         key: Key,
-        present: &Present,
-        make: impl AsyncFnOnce(&Present) -> Result<R, Refusal>,
+        now: Timestamp,
+        make: impl AsyncFnOnce() -> Result<(R, Present), Refusal>,
     ) -> Result<Arc<Kept>, Refusal> {
         match self.0.get_value_or_guard_async(&key).await {
-            Ok(kept) if kept.holds_at(present.now()) => Ok(kept),
+            Ok(kept) if kept.holds_at(now) => Ok(kept),
             Ok(_) => {
-                let kept = Arc::new(Kept::build(&key, present, make(present).await?).await?);
+                let kept = Arc::new(Kept::build(&key, make().await?).await?);
                 self.0.insert(key, kept.clone());
                 Ok(kept)
             }
             Err(guard) => {
-                let kept = Arc::new(Kept::build(&key, present, make(present).await?).await?);
+                let kept = Arc::new(Kept::build(&key, make().await?).await?);
                 // Whoever waited has it, though it may be too large to be kept.
                 let _ = guard.insert(kept.clone());
                 Ok(kept)
@@ -116,7 +116,7 @@ impl KeptAnswers {
 }
 
 impl Kept {
-    async fn build(key: &Key, present: &Present, answer: impl IntoResponse) -> Result<Self, Refusal> {
+    async fn build(key: &Key, (answer, present): (impl IntoResponse, Present)) -> Result<Self, Refusal> {
         let (mut head, body) = answer.into_response().into_parts();
         let body = axum::body::to_bytes(body, usize::MAX).await.map_err(|_| Refusal::Internal)?;
         head.headers.remove(CONTENT_LENGTH);
@@ -181,9 +181,13 @@ mod tests {
         Key { operator, target: target.to_owned(), version }
     }
 
-    fn at(hours: f64) -> Present {
+    fn at(hours: f64) -> Timestamp {
         let noon: Timestamp = "2026-03-01T12:00:00Z".parse().unwrap();
-        Present::at(noon.plus_hours(hours), Duration::MAX)
+        noon.plus_hours(hours)
+    }
+
+    fn present(now: Timestamp) -> Present {
+        Present::at(now, Duration::MAX)
     }
 
     #[tokio::test]
@@ -191,23 +195,26 @@ mod tests {
         let (kept, built) = (KeptAnswers::default(), AtomicU64::new(0));
         let (mine, theirs) = (key("mine", "/v1/tails").await, key("theirs", "/v1/tails").await);
         assert_eq!(mine.version, theirs.version, "both show nothing");
-        let build = async |present: &Present| {
-            built.fetch_add(1, Ordering::Relaxed);
-            Ok(format!("{} days", present.days_since("2026-03-01T00:00:00Z".parse().unwrap())))
+        let get = async |key: &Key, now: Timestamp| {
+            let build = async || {
+                built.fetch_add(1, Ordering::Relaxed);
+                let present = present(now);
+                Ok((format!("{} days", present.days_since("2026-03-01T00:00:00Z".parse().unwrap())), present))
+            };
+            kept.get(key.clone(), now, build).await
         };
-        let noon = at(0.0);
-        let tags = futures_util::future::join_all((0..20).map(|_| kept.get(mine.clone(), &noon, build))).await;
+        let tags = futures_util::future::join_all((0..20).map(|_| get(&mine, at(0.0)))).await;
         let tag = tags[0].as_ref().unwrap().tag(None);
         assert!(tags.iter().all(|kept| kept.as_ref().unwrap().tag(None) == tag));
         assert_eq!(built.load(Ordering::Relaxed), 1, "of those who ask at once one builds it");
-        kept.get(mine.clone(), &at(11.9), build).await.unwrap();
+        get(&mine, at(11.9)).await.unwrap();
         assert_eq!(built.load(Ordering::Relaxed), 1, "the same day");
-        let later = kept.get(mine.clone(), &at(12.0), build).await.unwrap();
+        let later = get(&mine, at(12.0)).await.unwrap();
         assert_eq!((built.load(Ordering::Relaxed), &later.body[..]), (2, &b"1 days"[..]));
         assert_ne!(later.tag(None), tag);
-        kept.get(mine.clone(), &at(13.0), build).await.unwrap();
+        get(&mine, at(13.0)).await.unwrap();
         assert_eq!(built.load(Ordering::Relaxed), 2, "the later one is kept");
-        let other = kept.get(theirs, &at(12.0), build).await.unwrap();
+        let other = get(&theirs, at(12.0)).await.unwrap();
         assert_eq!(built.load(Ordering::Relaxed), 3, "another operator's is another");
         assert_ne!(other.tag(None), later.tag(None), "though it reads the same");
     }
@@ -216,20 +223,17 @@ mod tests {
     async fn what_fails_is_not_kept_and_what_is_kept_is_bounded() {
         let kept = KeptAnswers::default();
         let one = key("mine", "/v1/tails").await;
-        let fail = async |_: &Present| Err::<String, _>(Refusal::Internal);
-        assert!(kept.get(one.clone(), &at(0.0), fail).await.is_err());
-        assert!(kept.get(one.clone(), &at(0.0), async |_: &Present| Ok("there")).await.is_ok());
+        let fail = async || Err::<(String, Present), _>(Refusal::Internal);
+        assert!(kept.get(one.clone(), at(0.0), fail).await.is_err());
+        assert!(kept.get(one.clone(), at(0.0), async || Ok(("there", present(at(0.0))))).await.is_ok());
         for number in 0..40 {
             let key = Key { target: number.to_string(), ..one.clone() };
-            let large = async |_: &Present| Ok("x".repeat(1 << 20));
-            assert_eq!(kept.get(key, &at(0.0), large).await.unwrap().body.len(), 1 << 20);
+            let large = async || Ok(("x".repeat(1 << 20), present(at(0.0))));
+            assert_eq!(kept.get(key, at(0.0), large).await.unwrap().body.len(), 1 << 20);
         }
         assert!(kept.0.weight() <= KEPT_BYTES && kept.0.len() >= 8, "{kept:?}");
-        let whole = async |_: &Present| Ok("x".repeat(KEPT_BYTES as usize));
-        assert!(
-            kept.get(Key { target: "whole".to_owned(), ..one }, &at(0.0), whole).await.is_ok(),
-            "told, if not kept"
-        );
+        let whole = async || Ok(("x".repeat(KEPT_BYTES as usize), present(at(0.0))));
+        assert!(kept.get(Key { target: "whole".to_owned(), ..one }, at(0.0), whole).await.is_ok(), "told, if not kept");
         assert!(kept.0.weight() <= KEPT_BYTES, "{kept:?}");
     }
 }

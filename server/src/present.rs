@@ -6,25 +6,58 @@ use std::{
     time::Duration,
 };
 
-use domain::{Status, Timestamp};
+use domain::{Day, Known, Settings, Status, Timestamp, Urgency, Zone};
 use store::{Installed, TailInShort, Unit};
 
 /// Microseconds of a day.
 const DAY_US: i64 = 86_400_000_000;
 
-/// The moment of an answer.
+/// The moment of an answer, and how its operator reads forecasts.
 pub struct Present {
     now: Timestamp,
+    settings: Settings,
     stale_after_us: i64,
     /// The first moment at which the answer would read otherwise though nothing was stored, microseconds.
     until_us: AtomicI64,
 }
 
 impl Present {
-    /// A moment, and the age from which data are stale.
+    /// A moment by the settings of an operator, and the age from which data are stale where these tell none.
+    pub fn new(now: Timestamp, settings: Settings, stale_after: Duration) -> Self {
+        let set = settings.stale_after_days.map(|days| (days * DAY_US as f64) as i64);
+        let stale_after_us = set.unwrap_or_else(|| i64::try_from(stale_after.as_micros()).unwrap_or(i64::MAX));
+        Self { now, settings, stale_after_us, until_us: AtomicI64::new(i64::MAX) }
+    }
+
+    /// A moment by settings that nobody has made, and the age from which data are stale.
+    #[cfg(test)]
     pub fn at(now: Timestamp, stale_after: Duration) -> Self {
-        let stale_after_us = i64::try_from(stale_after.as_micros()).unwrap_or(i64::MAX);
-        Self { now, stale_after_us, until_us: AtomicI64::new(i64::MAX) }
+        Self::new(now, Settings::default(), stale_after)
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The time zone of days.
+    pub fn zone(&self) -> &Zone {
+        &self.settings.time_zone
+    }
+
+    /// The day, as long as it lasts.
+    pub fn today(&self) -> Day {
+        let today = self.zone().day_of(self.now);
+        self.changes_at(self.zone().begin_of(today.next()).micros());
+        today
+    }
+
+    /// What to do about a unit, as long as that stays so.
+    pub fn urgency(&self, known: &Known) -> Urgency {
+        if let Some(time) = known.p10_at {
+            self.changes_at(time.plus_hours(-24.0 * self.settings.act_within_days).micros());
+        }
+        Urgency::of(known, &self.settings, self.now)
     }
 
     /// The moment.

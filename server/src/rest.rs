@@ -1,7 +1,6 @@
 //! REST: routes under `/v1`, probes, and their OpenAPI document.
 
 mod body;
-mod checks;
 mod components;
 mod due;
 mod fleet;
@@ -12,7 +11,6 @@ mod plan;
 mod probes;
 mod scoreboard;
 mod sensor_configurations;
-mod settings;
 mod tails;
 mod upload_status;
 mod uploads;
@@ -63,12 +61,6 @@ pub fn router() -> Guarded {
         .guarded(Configure, routes!(sensor_configurations::post))
         .guarded(Read, routes!(plan::get))
         .guarded(Plan, routes!(plan::put))
-        .guarded(Read, routes!(checks::get))
-        .guarded(Plan, routes!(checks::put))
-        .guarded(Read, routes!(checks::list))
-        .guarded(Plan, routes!(checks::import))
-        .guarded(Read, routes!(settings::get))
-        .guarded(Plan, routes!(settings::put))
         .guarded(Read, routes!(what_if::post))
         .guarded(Read, routes!(components::get))
         .guarded(Read, routes!(health::of_component))

@@ -2,9 +2,9 @@
 
 use std::{ops::Deref, sync::Arc, time::Duration};
 
-use domain::Timestamp;
+use domain::{OperatorId, Timestamp};
 use proto::frame::InstallationKey;
-use store::Store;
+use store::{Store, StoreError};
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
@@ -52,9 +52,10 @@ pub struct State {
 }
 
 impl State {
-    /// The moment at which an answer begins to be made.
-    pub fn present(&self) -> Present {
-        Present::at((self.clock)(), self.stale_after)
+    /// The moment at which an answer to an operator begins to be made.
+    pub async fn present(&self, operator: &OperatorId) -> Result<Present, StoreError> {
+        let set = self.store.settings(operator).await?;
+        Ok(Present::new((self.clock)(), set.map(|set| set.settings).unwrap_or_default(), self.stale_after))
     }
 }
 

@@ -57,10 +57,11 @@ impl Units {
     }
 
     async fn count(&self, store: &Store, now: Timestamp) -> Result<[u64; Status::ALL.len()], StoreError> {
-        let present = Present::at(now, self.stale_after);
         let mut counts = [0; Status::ALL.len()];
         for operator in store.operators().await? {
-            for listed in store.units(&operator, UnitsAsked::default()).await? {
+            let set = store.settings(&operator).await?;
+            let present = Present::new(now, set.map(|set| set.settings).unwrap_or_default(), self.stale_after);
+            for listed in store.units(&operator, UnitsAsked::default(), |_| false).await? {
                 counts[present.status_of_unit(&listed.unit) as usize] += 1;
             }
         }

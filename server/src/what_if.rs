@@ -8,7 +8,12 @@ use domain::{
 use proto::answer::{AskedProbability, FailureProbability, WhatIfAnswer};
 use store::Installed;
 
-use crate::{answer, forecaster::ForecastError, refusal::Refusal, state::Shared};
+use crate::{
+    answer::{self, RulQuestion},
+    forecaster::ForecastError,
+    refusal::Refusal,
+    state::Shared,
+};
 
 /// Questions that are computed at the same time.
 pub const AT_ONCE: usize = 2;
@@ -32,12 +37,12 @@ pub async fn what_if(
         true => installed.prognosis.clone(),
         false => Some(prognosis(shared, operator, &installed, assumed).await?),
     };
-    let present = shared.state.present();
+    let (present, asked) = (shared.state.present(operator).await?, RulQuestion::default());
     let varied = Installed { prognosis, ..installed.clone() };
     Ok(WhatIfAnswer {
         probability: probability(assumption, (&installed, &before), (&varied, &schedule))?,
-        now: answer::rul(&present, &installed, None),
-        assumed: answer::rul_by(&present, &varied, None, Some(&schedule)),
+        now: answer::rul(&present, &installed, &asked),
+        assumed: answer::rul_by(&present, &varied, &asked, Some(&schedule)),
         extrapolation: extrapolation.is_some(),
         extrapolation_reason: extrapolation,
     })

@@ -76,6 +76,26 @@ impl Outlook {
     }
 }
 
+impl Outlook {
+    /// Whether P(failure within some hours up to the horizon) is above a risk, as far as the quantiles tell; `None` where only
+    /// the draws do. (A quantile may differ from a share of the draws by a few of them.)
+    pub fn exceeds(&self, within_fh: f64, risk: f64) -> Option<bool> {
+        const SLACK: f64 = 0.02;
+        if self.first_end_fh.is_none_or(|first| first > within_fh) {
+            return Some(false);
+        }
+        let mut told =
+            QUANTILE_LEVELS.into_iter().zip(self.quantiles_fh).filter_map(|(level, quantile)| {
+                match quantile.is_some_and(|quantile| quantile <= within_fh) {
+                    true if level - SLACK > risk => Some(true),
+                    false if level + SLACK <= risk => Some(false),
+                    _ => None,
+                }
+            });
+        told.next()
+    }
+}
+
 impl Brief {
     /// A prognosis in short.
     pub fn new(prognosis: &Prognosis) -> Self {
@@ -155,8 +175,6 @@ pub struct UnitsAsked<'a> {
     pub part_number: Option<&'a PartNumber>,
     /// Behind this place, or without one.
     pub after: Option<(&'a TailNumber, &'a Position)>,
-    /// Whether the draws of their forecasts are asked for, too.
-    pub with_draws: bool,
     /// Most components.
     pub limit: Option<u32>,
 }
@@ -172,17 +190,6 @@ pub struct WorstUnits {
     pub tails: u64,
     /// Uploads that wait to be processed.
     pub pending_uploads: u64,
-}
-
-/// The components of an operator that may be due: all that are, and some that are not.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MayBeDue {
-    /// The components, by tail and position, each with its remaining life.
-    pub units: Vec<ListedUnit>,
-    /// The number of all components that have a place, or lost it.
-    pub components: u64,
-    /// The oldest newest data of all components that are not older than was asked: when these are, more may be due.
-    pub oldest_fresh: Option<Timestamp>,
 }
 
 /// A tail with what is installed on it, in short.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use domain::{AsOf, Status};
+use domain::{AsOf, Status, check::NEXT};
 use proto::answer::{DueAnswer, DueItem};
 
 use super::words;
@@ -13,9 +13,11 @@ pub fn due(list: &DueAnswer) -> String {
     // Without the digits that the multiplication adds.
     let percent = (1e11 * list.risk).round() / 1e9;
     let mut table = format!(
-        "{} of {} actuators have failed, or fail within {} fh of their newest data with more than {percent} %; \
-         unknown: {}.\n",
-        totals.due, totals.components, list.within_fh, totals.unknown,
+        "{} of {} actuators have failed, or fail {} with more than {percent} %; unknown: {}.\n",
+        totals.due,
+        totals.components,
+        period(list),
+        totals.unknown,
     );
     if !list.items.is_empty() {
         let heading =
@@ -30,6 +32,17 @@ pub fn due(list: &DueAnswer) -> String {
     }
     writeln!(table, "\n{}", list.advisory).expect("writing to a string");
     table
+}
+
+/// What units have to last for, in words.
+fn period(list: &DueAnswer) -> String {
+    match (list.by, list.check.as_deref(), list.within_fh) {
+        (Some(day), ..) => format!("before {day}"),
+        (_, Some(NEXT), _) => "before the next check of their tail".to_owned(),
+        (_, Some(name), _) => format!("before the check {name} of their tail"),
+        (.., Some(hours)) => format!("within {hours} fh of their newest data"),
+        _ => String::new(),
+    }
 }
 
 fn due_row(item: &DueItem) -> [String; 10] {

@@ -1,18 +1,27 @@
 //! Which components are due, as told.
 
-use domain::{AsOf, Doubt, Status, UtilisationSource};
+use domain::{AsOf, Day, Doubt, Status, Urgency, UtilisationSource};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// One page of the due list: components that have failed or whose probability of failure exceeds the
-/// risk, worst first; behind them those of which nothing can be said. A page holds at most `limit` of
+use super::Before;
+
+/// One page of the due list: components that have failed, whose probability of failure exceeds the risk, or, where nothing
+/// was asked about, that are to be acted on now; worst first; behind them those of which nothing can be said. A page holds at most `limit` of
 /// both together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = DueBody)]
 pub struct DueAnswer {
-    /// The flight hours that were asked about, from the newest data of each component.
-    #[schema(example = 500.0)]
-    pub within_fh: f64,
+    /// The flight hours that were asked about, from the newest data of each component; where nothing was asked about, those
+    /// for tails that have no check to come; null where a date or a check of a name was.
+    #[schema(required, example = 500.0)]
+    pub within_fh: Option<f64>,
+    /// The day that was asked about; null otherwise.
+    #[schema(required, value_type = Option<String>, format = "date", example = json!(null))]
+    pub by: Option<Day>,
+    /// The check that was asked about; `next` where nothing was; null otherwise.
+    #[schema(required, example = "next")]
+    pub check: Option<String>,
     /// The risk that was asked about.
     #[schema(minimum = 0, maximum = 1, example = 0.1)]
     pub risk: f64,
@@ -24,7 +33,7 @@ pub struct DueAnswer {
     /// Components of which it cannot be said whether they are due, each with the reason; by tail and
     /// position. They are not healthy, they are unknown.
     pub unknown: Vec<DueItem>,
-    /// Where the next page begins (`cursor=`, with the same `within_fh` and `risk`); null on the last.
+    /// Where the next page begins (`cursor=`, of the same question); null on the last.
     #[schema(required, example = json!(null))]
     pub next_cursor: Option<String>,
     /// What the numbers may be used for.
@@ -63,12 +72,23 @@ pub struct DueItem {
     /// Overhaul index of the life.
     #[schema(example = 0)]
     pub life: u32,
-    /// How to read its prognosis now.
+    /// How its data stand now.
     pub status: Status,
+    /// What to do about it, first that applies.
+    pub urgency: Urgency,
+    /// What it has to last for.
+    pub before: Before,
+    /// Of a unit whose data are old or contradictory, and whose last numbers exceed the risk: the day (in the operator's time
+    /// zone) by which it was due by them; null otherwise.
+    #[schema(required, value_type = Option<String>, format = "date", example = json!(null))]
+    pub was_due_by: Option<Day>,
+    /// Whole days since the newest data, where they are old or contradictory; null otherwise.
+    #[schema(required, example = json!(null))]
+    pub data_age_days: Option<i64>,
     /// The fault that most often drives the end of life.
     #[schema(required, example = "k2")]
     pub dominant_fault: Option<String>,
-    /// P(failure within the hours that were asked about); null for a component that was found failed or is
+    /// P(failure before what was asked about); null for a component that was found failed or is
     /// unknown.
     #[schema(minimum = 0, maximum = 1, required, example = 0.37)]
     pub p: Option<f64>,
@@ -101,7 +121,7 @@ pub struct LatestSafe {
     /// The component's hours since new at which they end.
     #[schema(example = 5052.0)]
     pub flight_hours: f64,
-    /// The date (UTC) on which they end at the tail's utilisation, counted from the newest data; null
+    /// The date (in the operator's time zone) on which they end at the tail's utilisation, counted from the newest data; null
     /// where that is not known.
     #[schema(required, format = "date", example = "2026-05-11")]
     pub date: Option<String>,

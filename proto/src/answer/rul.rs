@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 
 use domain::{
-    AsOf, Doubt, Ensemble, Explanation, FaultTrend, HingeLoad, LoadAgreement, Pace, Propagation, RulDistribution,
-    Status, UtilisationSource,
+    AsOf, Day, Doubt, Ensemble, Explanation, FaultTrend, HingeLoad, LoadAgreement, Pace, Propagation, RulDistribution,
+    Status, Urgency, UtilisationSource,
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+
+use super::Before;
 
 /// The remaining useful life of one component, as now installed. What is not known yet is null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -36,8 +38,19 @@ pub struct RulAnswer {
     /// The newest data; null until it has been judged.
     #[schema(required)]
     pub as_of: Option<AsOf>,
-    /// How to read the answer now.
+    /// How its data stand now.
     pub status: Status,
+    /// What to do about it, first that applies.
+    pub urgency: Urgency,
+    /// What it has to last for.
+    pub before: Before,
+    /// Of a unit whose data are old or contradictory, and whose last numbers exceed the risk: the day (in the operator's time
+    /// zone) by which it was due by them; null otherwise.
+    #[schema(required, value_type = Option<String>, format = "date", example = json!(null))]
+    pub was_due_by: Option<Day>,
+    /// Whole days since the newest data, where they are old or contradictory; null otherwise.
+    #[schema(required, example = json!(null))]
+    pub data_age_days: Option<i64>,
     /// The component's hours since new at which maintenance found it failed; null while it did not.
     #[schema(required, example = json!(null))]
     pub found_failed_fh: Option<f64>,
@@ -183,7 +196,7 @@ impl FailureProbability {
     }
 }
 
-/// Dates of the end of life (UTC) at the tail's utilisation; a censored one is null.
+/// Dates of the end of life (in the operator's time zone) at the tail's utilisation; a censored one is null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct EndOfLife {
     /// From the 10 % quantile.

@@ -1,6 +1,6 @@
 //! Tails and what is installed on them.
 
-use domain::{Disagreement, DisagreementKind, LoadAgreement, Status, Timestamp};
+use domain::{Disagreement, DisagreementKind, LoadAgreement, Status, Timestamp, Urgency};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -81,8 +81,10 @@ pub struct DisplacedItem {
     /// Its serial number.
     #[schema(example = "SN-0001")]
     pub serial_number: String,
-    /// How to read its prognosis now.
+    /// How its data stand now.
     pub status: Status,
+    /// What to do about it.
+    pub urgency: Urgency,
 }
 
 /// One position and the component in it.
@@ -113,6 +115,7 @@ impl From<RulAnswer> for DisplacedItem {
             part_number: last.part_number,
             serial_number: last.serial_number,
             status: last.status,
+            urgency: last.urgency,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Answers in protobuf's words.
 
-use domain::{AsOf, HingeLoad, LoadSource, Pace, Propagation, Status, UtilisationSource};
+use domain::{AsOf, HingeLoad, LoadSource, Pace, Propagation, Status, Urgency, UtilisationSource};
 
 use super::upload::timestamp;
 use crate::{answer, v1};
@@ -15,6 +15,25 @@ impl From<Status> for v1::Status {
             Status::BeyondHorizon => Self::BeyondHorizon,
             Status::Current => Self::Current,
         }
+    }
+}
+
+impl From<Urgency> for v1::Urgency {
+    fn from(urgency: Urgency) -> Self {
+        match urgency {
+            Urgency::Failed => Self::Failed,
+            Urgency::ActNow => Self::ActNow,
+            Urgency::BeforeCheck => Self::BeforeCheck,
+            Urgency::Unknown => Self::Unknown,
+            Urgency::MayWait => Self::MayWait,
+        }
+    }
+}
+
+impl From<answer::Before> for v1::Before {
+    fn from(before: answer::Before) -> Self {
+        let answer::Before { check, date, within_fh, risk, p, standard_error } = before;
+        Self { check, date: date.map(Into::into), within_fh, risk, p, standard_error }
     }
 }
 
@@ -55,6 +74,10 @@ impl From<answer::RulAnswer> for v1::Rul {
             set_aside_uploads: body.set_aside_uploads,
             estimator: body.estimator.map(Into::into),
             pace: body.pace.map(Into::into),
+            urgency: v1::Urgency::from(body.urgency).into(),
+            before: Some(body.before.into()),
+            was_due_by: body.was_due_by.map(Into::into),
+            data_age_days: body.data_age_days,
         }
     }
 }
@@ -203,6 +226,7 @@ impl From<answer::DisplacedItem> for v1::Displaced {
             part_number: item.part_number,
             serial_number: item.serial_number,
             status: v1::Status::from(item.status).into(),
+            urgency: v1::Urgency::from(item.urgency).into(),
         }
     }
 }

@@ -8,6 +8,8 @@ impl From<answer::DueAnswer> for v1::ListDueResponse {
         let answer::DueTotals { components, due, unknown } = body.totals;
         Self {
             within_fh: body.within_fh,
+            by: body.by.map(Into::into),
+            check: body.check,
             risk: body.risk,
             totals: Some(v1::DueTotals { components, due, unknown }),
             items: each(body.items),
@@ -34,6 +36,10 @@ impl From<answer::DueItem> for v1::DueItem {
             as_of: item.as_of.map(Into::into),
             doubts: each(item.doubts.unwrap_or_default()),
             reason: item.reason,
+            urgency: v1::Urgency::from(item.urgency).into(),
+            before: Some(item.before.into()),
+            was_due_by: item.was_due_by.map(Into::into),
+            data_age_days: item.data_age_days,
         }
     }
 }

@@ -4,23 +4,23 @@ use std::str::FromStr;
 
 use domain::{Component, Invalid, OperatorId, Position, TailNumber};
 use proto::{
-    grpc::{from_plan, into_assumption, into_checks, into_plan, into_settings},
+    grpc::{from_plan, into_assumption, into_plan},
     v1::{self, fleet_health_server::FleetHealth},
 };
 use tonic::{Request, Response, Status};
 
 use super::Service;
 use crate::{
-    answer,
+    answer::{self, RulQuestion},
     auth::Caller,
-    checks::{self, Calendar},
-    due::{self, DueList, Threshold},
+    due::{self, DueList},
     fleet::{self, Choice, FleetQuestion, Order, Rank},
     history::{History, Range, View, history},
     plan,
-    query::{grpc_hours, grpc_limit, grpc_number, grpc_within},
+    present::Present,
+    query::{grpc_hours, grpc_limit, grpc_within},
+    question,
     refusal::Refusal,
-    settings,
     state::State,
     what_if,
 };
@@ -38,47 +38,48 @@ impl FleetHealth for Service {
             "" => None,
             text => Some(text.parse().map_err(|_| not_a_cursor())?),
         };
+        let present = self.present(&caller).await?;
         Ok(Response::new(
-            answer::tails(&self.0.state, &self.0.state.present(), caller.operator(), after.as_ref(), limit)
-                .await?
-                .into(),
+            answer::tails(&self.0.state, &present, caller.operator(), after.as_ref(), limit).await?.into(),
         ))
     }
 
     async fn get_tail(&self, request: Request<v1::GetTailRequest>) -> Result<Response<v1::TailDetail>, Status> {
         let caller = Caller::from_request(&request)?;
         let tail = tail(&request.into_inner().tail)?;
-        Ok(Response::new(answer::tail(&self.0.state, &self.0.state.present(), caller.operator(), &tail).await?.into()))
+        let present = self.present(&caller).await?;
+        Ok(Response::new(answer::tail(&self.0.state, &present, caller.operator(), &tail).await?.into()))
     }
 
     async fn get_rul(&self, request: Request<v1::GetRulRequest>) -> Result<Response<v1::Rul>, Status> {
         let caller = Caller::from_request(&request)?;
-        let v1::GetRulRequest { tail, position, within_fh } = request.into_inner();
+        let v1::GetRulRequest { tail, position, within_fh, by, check, risk } = request.into_inner();
         let (tail, position) = place(&tail, &position)?;
-        let within_fh = grpc_within(within_fh)?;
+        let present = self.present(&caller).await?;
+        let sent = question::grpc(by, check, None, risk)?;
+        let asked = RulQuestion::new(grpc_within(within_fh)?, sent, &present)?;
         let installed = answer::installed_at(&self.0.state, caller.operator(), &tail, &position).await?;
-        Ok(Response::new(answer::rul(&self.0.state.present(), &installed, within_fh.as_deref()).into()))
+        Ok(Response::new(answer::rul(&present, &installed, &asked).into()))
     }
 
     async fn list_rul(&self, request: Request<v1::ListRulRequest>) -> Result<Response<v1::ListRulResponse>, Status> {
         let caller = Caller::from_request(&request)?;
-        let asked = fleet_question(request.into_inner())?;
-        Ok(Response::new(fleet::page(&self.0.state, &self.0.state.present(), caller.operator(), &asked).await?.into()))
+        let present = self.present(&caller).await?;
+        let asked = fleet_question(request.into_inner(), &present)?;
+        Ok(Response::new(fleet::page(&self.0.state, &present, caller.operator(), &asked).await?.into()))
     }
 
     async fn list_due(&self, request: Request<v1::ListDueRequest>) -> Result<Response<v1::ListDueResponse>, Status> {
         let caller = Caller::from_request(&request)?;
-        let v1::ListDueRequest { within_fh, risk, limit, cursor } = request.into_inner();
-        let threshold = Threshold::new(
-            grpc_number("within_fh", within_fh, due::WITHIN_RULE, due::is_within)?,
-            grpc_number("risk", risk, due::RISK_RULE, due::is_risk)?,
-        );
+        let v1::ListDueRequest { within_fh, risk, limit, cursor, by, check } = request.into_inner();
+        let present = self.present(&caller).await?;
+        let asked = question::grpc(by, check, within_fh, risk)?.checked(&present)?;
         let limit = grpc_limit(limit)?;
         let after = match cursor.as_str() {
             "" => None,
             text => Some(due::Place::from_cursor(text).ok_or_else(not_a_cursor)?),
         };
-        let list = DueList::read(&self.0.state, &self.0.state.present(), caller.operator(), threshold).await?;
+        let list = DueList::read(&self.0.state, &present, caller.operator(), asked).await?;
         Ok(Response::new(list.page(after.as_ref(), limit).into()))
     }
 
@@ -119,45 +120,18 @@ impl FleetHealth for Service {
         Ok(Response::new(from_plan(&tail, set, &plan)))
     }
 
-    async fn get_checks(&self, request: Request<v1::GetChecksRequest>) -> Result<Response<v1::TailChecks>, Status> {
-        let caller = Caller::from_request(&request)?;
-        let tail = tail(&request.into_inner().tail)?;
-        Ok(Response::new(checks::get(&self.0.state, caller.operator(), &tail).await?.into()))
-    }
-
-    async fn set_checks(&self, request: Request<v1::SetChecksRequest>) -> Result<Response<v1::TailChecks>, Status> {
-        let caller = Caller::from_request(&request)?;
-        let (state, operator) = (&self.0.state, caller.operator());
-        let calendar = Calendar::of(state, operator).await?;
-        let (tail, set) = into_checks(request.into_inner(), calendar.today).map_err(Refusal::from)?;
-        let act = caller.at((state.clock)());
-        Ok(Response::new(checks::set(state, operator, &tail, set, (&calendar, act)).await?.into()))
-    }
-
-    async fn get_settings(
-        &self,
-        request: Request<v1::GetSettingsRequest>,
-    ) -> Result<Response<v1::OperatorSettings>, Status> {
-        let caller = Caller::from_request(&request)?;
-        Ok(Response::new(settings::get(&self.0.state, caller.operator()).await?.into()))
-    }
-
-    async fn set_settings(
-        &self,
-        request: Request<v1::SetSettingsRequest>,
-    ) -> Result<Response<v1::OperatorSettings>, Status> {
-        let caller = Caller::from_request(&request)?;
-        let wanted = into_settings(request.into_inner()).map_err(Refusal::from)?;
-        let act = caller.at((self.0.state.clock)());
-        Ok(Response::new(settings::set(&self.0.state, caller.operator(), &wanted, act).await?.into()))
-    }
-
     async fn what_if(&self, request: Request<v1::WhatIfRequest>) -> Result<Response<v1::WhatIfResponse>, Status> {
         let caller = Caller::from_request(&request)?;
         let now = (self.0.state.clock)();
         let (tail, position, assumption) = into_assumption(request.into_inner(), now).map_err(Refusal::from)?;
         let answer = what_if::what_if(&self.0, caller.operator(), (&tail, &position), &assumption).await?;
         Ok(Response::new(answer.into()))
+    }
+}
+
+impl Service {
+    async fn present(&self, caller: &Caller) -> Result<Present, Refusal> {
+        Ok(self.0.state.present(caller.operator()).await?)
     }
 }
 
@@ -178,8 +152,9 @@ fn place(tail: &str, position: &str) -> Result<(TailNumber, Position), Refusal> 
     Ok(invalid.into_result(tail.zip(position))?)
 }
 
-fn fleet_question(request: v1::ListRulRequest) -> Result<FleetQuestion, Refusal> {
-    let v1::ListRulRequest { statuses, tail, position, part_number, sort, within_fh, limit, cursor } = request;
+fn fleet_question(request: v1::ListRulRequest, present: &Present) -> Result<FleetQuestion, Refusal> {
+    let v1::ListRulRequest { statuses, urgencies, tail, position, part_number, sort, limit, cursor, .. } = request;
+    let v1::ListRulRequest { within_fh, by, check, risk, .. } = request;
     let mut invalid = Invalid::default();
     let tail = invalid.check("#/tail", given(&tail));
     let position = invalid.check("#/position", given(&position));
@@ -187,19 +162,22 @@ fn fleet_question(request: v1::ListRulRequest) -> Result<FleetQuestion, Refusal>
     let names = invalid.into_result(tail.zip(position).zip(part_number));
     let ((tail, position), part_number) = names?;
     let statuses = statuses.into_iter().map(status).collect::<Result<_, _>>()?;
+    let urgencies = urgencies.into_iter().map(urgency).collect::<Result<_, _>>()?;
     let order = match v1::RulOrder::try_from(sort) {
         Ok(v1::RulOrder::Unspecified | v1::RulOrder::Place) => Order::Place,
         Ok(v1::RulOrder::Risk) => Order::Risk,
         Ok(v1::RulOrder::Date) => Order::Date,
-        Err(_) => return Err(Refusal::parameter("sort", format!("{sort} must be 0, 1, 2 or 3"))),
+        Ok(v1::RulOrder::Urgency) => Order::Urgency,
+        Err(_) => return Err(Refusal::parameter("sort", format!("{sort} must be 0, 1, 2, 3 or 4"))),
     };
     let after = match cursor.as_str() {
         "" => None,
         text => Some(Rank::from_cursor(text).ok_or_else(not_a_cursor)?),
     };
-    let choice = Choice { statuses, tail, position, part_number };
-    let within_fh = grpc_number("within_fh", within_fh, due::WITHIN_RULE, due::is_within)?;
-    FleetQuestion { choice, order, within_fh, after, limit: grpc_limit(limit)? }.checked()
+    let choice = Choice { statuses, urgencies, tail, position, part_number };
+    let sent = question::grpc(by, check, within_fh, risk)?;
+    let asked = RulQuestion { before: sent.checked(present)?, within_fh: within_fh.map(|hours| vec![hours]) };
+    FleetQuestion { choice, order, asked, after, limit: grpc_limit(limit)? }.checked()
 }
 
 /// A name that may be left out.
@@ -210,6 +188,11 @@ fn given<T: FromStr>(text: &str) -> Result<Option<T>, T::Err> {
 fn status(number: i32) -> Result<domain::Status, Refusal> {
     let known = domain::Status::ALL.into_iter().find(|status| v1::Status::from(*status) as i32 == number);
     known.ok_or_else(|| Refusal::parameter("statuses", format!("{number} must be a status from 1 to 6")))
+}
+
+fn urgency(number: i32) -> Result<domain::Urgency, Refusal> {
+    let known = domain::Urgency::ALL.into_iter().find(|urgency| v1::Urgency::from(*urgency) as i32 == number);
+    known.ok_or_else(|| Refusal::parameter("urgencies", format!("{number} must be an urgency from 1 to 5")))
 }
 
 fn view(request: &v1::ListHealthRequest) -> Result<View, Refusal> {

@@ -18,7 +18,7 @@ use super::{
     words::{Badge, day, grouped, hours, percent},
 };
 use crate::{
-    answer,
+    answer::{self, RulQuestion},
     auth::Caller,
     history,
     path::{Named, Place},
@@ -106,7 +106,7 @@ pub async fn get(
     if shown != installed.overhaul_index {
         return html(&EarlierPage::new(installed, course, record));
     }
-    let body = answer::rul(&state.present(), &installed, None);
+    let body = answer::rul(&state.present(caller.operator()).await?, &installed, &RulQuestion::default());
     let what_if = WhatIfForm::of(&shared, caller.operator(), &place, wanted.typed()).await?;
     html(&ComponentPage {
         badge: Badge::of(&body),

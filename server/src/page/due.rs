@@ -6,9 +6,9 @@ use axum::{
     http::{StatusCode, Uri},
     response::{IntoResponse, Response},
 };
-use domain::{Timestamp, UtilisationSource};
+use domain::{Timestamp, UtilisationSource, check::NEXT};
 use proto::answer::{DueAnswer, DueItem, LatestSafe};
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::{
     html,
@@ -16,8 +16,9 @@ use super::{
 };
 use crate::{
     auth::Caller,
-    due::{self, DueList, Threshold},
-    query::Query,
+    due::DueList,
+    query::{self, Query},
+    question::{self, Sent},
     refusal::Refusal,
     state::Shared,
 };
@@ -29,9 +30,10 @@ const MAX_ROWS: u32 = 1000;
 #[template(path = "due.html")]
 struct DuePage {
     now: Timestamp,
-    within_fh: f64,
-    /// The hours as people read them.
-    within_words: String,
+    /// What was asked about, as it was typed.
+    typed: Typed,
+    /// What units have to last for, in words.
+    period: String,
     risk: f64,
     /// The risk in percent.
     risk_words: String,
@@ -67,10 +69,47 @@ struct Row {
 /// The meaning of due.
 #[derive(Deserialize)]
 pub struct DueQuery {
-    #[serde(deserialize_with = "due::within")]
+    #[serde(deserialize_with = "query::text")]
+    by: Option<String>,
+    #[serde(deserialize_with = "query::text")]
+    check: Option<String>,
+    #[serde(deserialize_with = "typed_hours")]
     within_fh: Option<f64>,
-    #[serde(deserialize_with = "due::risk")]
+    #[serde(deserialize_with = "question::risk")]
     risk: Option<f64>,
+}
+
+/// Hours that can be asked about, unless the field was left empty.
+fn typed_hours<'de, D: Deserializer<'de>>(given: D) -> Result<Option<f64>, D::Error> {
+    let hours = query::optional(given, question::WITHIN_RULE, |text| match text {
+        "" => Some(None),
+        text => text.parse().ok().filter(|hours| question::is_within(*hours)).map(Some),
+    });
+    hours.map(Option::flatten)
+}
+
+/// What was typed; what is empty was not.
+#[derive(Default)]
+struct Typed {
+    by: String,
+    check: String,
+    within_fh: String,
+}
+
+impl DueQuery {
+    fn typed(&self) -> Typed {
+        Typed {
+            by: self.by.clone().unwrap_or_default(),
+            check: self.check.clone().unwrap_or_default(),
+            within_fh: self.within_fh.map(|hours| hours.to_string()).unwrap_or_default(),
+        }
+    }
+
+    /// The question; fields of a form that were left empty ask nothing.
+    fn sent(self) -> Sent {
+        let given = |text: Option<String>| text.filter(|text| !text.trim().is_empty());
+        Sent { by: given(self.by), check: given(self.check), within_fh: self.within_fh, risk: self.risk }
+    }
 }
 
 /// `GET /due`
@@ -80,28 +119,33 @@ pub async fn get(
     uri: Uri,
     asked: Result<Query<DueQuery>, Refusal>,
 ) -> Result<Response, Refusal> {
-    let present = shared.state.present();
+    let present = shared.state.present(caller.operator()).await?;
     let now = present.now();
-    let Query(DueQuery { within_fh, risk }) = match asked {
-        Ok(asked) => asked,
-        Err(refusal) => {
-            let page = html(&DuePage::refused(now, refusal.to_string()))?;
-            return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
-        }
+    let refused = |typed: Typed, refusal: &Refusal| {
+        let page = html(&DuePage::refused(now, present.settings().risk, typed, refusal.to_string()))?;
+        Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
     };
-    let threshold = Threshold::new(within_fh, risk);
-    let body = DueList::read(&shared.state, &present, caller.operator(), threshold).await?.page(None, MAX_ROWS);
+    let query = match asked {
+        Ok(Query(query)) => query,
+        Err(refusal) => return refused(Typed::default(), &refusal),
+    };
+    let typed = query.typed();
+    let question = match query.sent().checked(&present) {
+        Ok(question) => question,
+        Err(refusal) => return refused(typed, &refusal),
+    };
+    let body = DueList::read(&shared.state, &present, caller.operator(), question).await?.page(None, MAX_ROWS);
     let query = uri.query().filter(|query| !query.is_empty()).map(|query| format!("&{query}")).unwrap_or_default();
-    html(&DuePage::new(now, body, format!("/v1/fleet/due?format=csv{query}")))
+    html(&DuePage::new(now, typed, body, format!("/v1/fleet/due?format=csv{query}")))
 }
 
 impl DuePage {
-    fn new(now: Timestamp, body: DueAnswer, csv: String) -> Self {
+    fn new(now: Timestamp, typed: Typed, body: DueAnswer, csv: String) -> Self {
         let rows = |items: Vec<DueItem>| items.into_iter().map(Row::new).collect();
         Self {
             now,
-            within_fh: body.within_fh,
-            within_words: grouped(body.within_fh),
+            typed,
+            period: period(&body),
             risk: body.risk,
             risk_words: risk_words(body.risk),
             refused: None,
@@ -116,13 +160,24 @@ impl DuePage {
         }
     }
 
-    fn refused(now: Timestamp, why: String) -> Self {
-        let Threshold { within_fh, risk } = Threshold::new(None, None);
+    fn refused(now: Timestamp, risk: f64, typed: Typed, why: String) -> Self {
         let totals = proto::answer::DueTotals::default();
         let (items, unknown) = (Vec::new(), Vec::new());
         let advisory = domain::ADVISORY.to_owned();
-        let body = DueAnswer { within_fh, risk, totals, items, unknown, next_cursor: None, advisory };
-        Self { refused: Some(why), ..Self::new(now, body, String::new()) }
+        let (within_fh, by, check) = (None, None, None);
+        let body = DueAnswer { within_fh, by, check, risk, totals, items, unknown, next_cursor: None, advisory };
+        Self { refused: Some(why), ..Self::new(now, typed, body, String::new()) }
+    }
+}
+
+/// What units have to last for, in words.
+fn period(body: &DueAnswer) -> String {
+    match (body.by, body.check.as_deref(), body.within_fh) {
+        (Some(day), ..) => format!("before {day}"),
+        (_, Some(NEXT), _) => "before the next check of their tail".to_owned(),
+        (_, Some(name), _) => format!("before the check {name} of their tail"),
+        (.., Some(hours)) => format!("within {} flight hours of their newest data", grouped(hours)),
+        _ => String::new(),
     }
 }
 

@@ -42,7 +42,7 @@ struct Row {
 
 /// `GET /`
 pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Response, Refusal> {
-    let (state, present) = (&shared.state, shared.state.present());
+    let (state, present) = (&shared.state, shared.state.present(caller.operator()).await?);
     let WorstUnits { units, components, tails, pending_uploads } =
         state.store.worst_units(caller.operator(), present.stale_before(), ATTENTION_FH, MOST).await?;
     let mut rows: Vec<Row> = units.into_iter().map(|listed| Row::new(&present, listed)).collect();
@@ -68,7 +68,9 @@ impl Row {
         let (p10, p50, p90) = (quantile(0.1), quantile(0.5), quantile(0.9));
         let horizon_fh = outlook.as_ref().map(|outlook| outlook.horizon_fh);
         let schedule = as_of.as_ref().map(|as_of| plan.schedule(as_of.recorded_at, utilisation_fh_per_day));
-        let end = schedule.filter(|_| outlook.is_some()).and_then(|schedule| answer::dates([p10, p50, p90], &schedule));
+        let end = schedule
+            .filter(|_| outlook.is_some())
+            .and_then(|schedule| answer::dates(present, [p10, p50, p90], &schedule));
         let dates = end.map(|end| {
             let date = |date: &Option<String>| date.clone().unwrap_or_else(|| "later".to_owned());
             let by = if end.utilisation_source == UtilisationSource::Plan { ", as planned" } else { "" };

@@ -9,6 +9,7 @@ use axum::{
     },
     response::Response,
 };
+use domain::Day;
 use proto::{
     answer::{DueAnswer, DueItem},
     json::FieldError,
@@ -21,12 +22,13 @@ use crate::{
     asked::Asked,
     auth::Caller,
     csv,
-    due::{self, DueList, Place, Threshold},
+    due::{DueList, Place},
     encoding::varies_by,
     limits::DEFAULT_LIMIT,
     present::Present,
     problems::Listing,
     query::{self, Query},
+    question::{self, Question, Sent},
     refusal::Refusal,
     state::Shared,
 };
@@ -36,7 +38,7 @@ const TABLE: [(HeaderName, &str); 2] = [
     (CONTENT_TYPE, "text/csv; charset=utf-8; header=present"),
     (CONTENT_DISPOSITION, "attachment; filename=\"due.csv\""),
 ];
-const COLUMNS: [&str; 21] = [
+const COLUMNS: [&str; 29] = [
     "list",
     "tail",
     "position",
@@ -58,25 +60,42 @@ const COLUMNS: [&str; 21] = [
     "doubts",
     "reason",
     "utilisation_source",
+    "urgency",
+    "before_check",
+    "before_date",
+    "before_fh",
+    "was_due_by",
+    "data_age_days",
+    "by",
+    "check",
 ];
 
 /// The meaning of due, and the form of the list.
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct DueQuery {
-    /// Flight hours from the newest data of each component; default 500
-    #[serde(deserialize_with = "due::within")]
+    /// Flight hours from the newest data of each component; default: until the next check of its tail, and 500 where it has
+    /// none to come
+    #[serde(deserialize_with = "question::within")]
     #[param(minimum = 0, maximum = 10000)]
     within_fh: Option<f64>,
-    /// Probability of failure within them, above which a component is due; default 0.1
-    #[serde(deserialize_with = "due::risk")]
+    /// A day to come in the operator's time zone, in the place of hours
+    #[serde(deserialize_with = "query::text")]
+    #[param(format = "date", example = "2027-03-01")]
+    by: Option<String>,
+    /// The name of a check of the tails, in the place of hours; `next` is the one that comes first
+    #[serde(deserialize_with = "query::text")]
+    #[param(example = "C-check")]
+    check: Option<String>,
+    /// Probability of failure until then, above which a component is due; as the operator has set it (0.1 unless set)
+    #[serde(deserialize_with = "question::risk")]
     #[param(exclusive_minimum = 0, exclusive_maximum = 1)]
     risk: Option<f64>,
     /// How many items; default 50; not with CSV
     #[serde(deserialize_with = "query::optional_limit")]
     #[param(minimum = 1, maximum = 1000)]
     limit: Option<u32>,
-    /// `next_cursor` of the page before, of the same hours and risk; not with CSV
+    /// `next_cursor` of the page before, of the same question; not with CSV
     #[serde(deserialize_with = "cursor")]
     #[param(value_type = Option<String>)]
     cursor: Option<Place>,
@@ -96,7 +115,7 @@ pub enum Format {
     Csv,
 }
 
-pub(super) fn format<'de, D: Deserializer<'de>>(given: D) -> Result<Option<Format>, D::Error> {
+fn format<'de, D: Deserializer<'de>>(given: D) -> Result<Option<Format>, D::Error> {
     query::optional(given, "json or csv", |text| match text {
         "json" => Some(Format::Json),
         "csv" => Some(Format::Csv),
@@ -109,8 +128,9 @@ fn cursor<'de, D: Deserializer<'de>>(given: D) -> Result<Option<Place>, D::Error
 }
 
 impl DueQuery {
-    fn threshold(&self) -> Threshold {
-        Threshold::new(self.within_fh, self.risk)
+    fn question(&self, present: &Present) -> Result<Question, Refusal> {
+        let Self { by, check, within_fh, risk, .. } = self;
+        Sent { by: by.clone(), check: check.clone(), within_fh: *within_fh, risk: *risk }.checked(present)
     }
 
     /// The page of a list that is asked for.
@@ -127,7 +147,9 @@ impl DueQuery {
     }
 }
 
-/// The components that are due: failed, or more likely to fail within some flight hours than a risk allows.
+/// The components that are due: failed, or more likely to fail before something than a risk allows: within some flight
+/// hours, before a day, or before a check of their tails. Where nothing is asked about, that is the next check of each tail,
+/// and those that are to be acted on now are due, too.
 ///
 /// Worst first: failed ones, then by the probability of failure, then by the latest safe hours. Components
 /// whose state is unknown (too little history, stale or contradictory data) are not healthy: those whose
@@ -157,7 +179,7 @@ pub async fn get(
         due.must_be_whole()?;
     }
     let (state, operator) = (&shared.state, caller.operator());
-    let list = async |present: &Present| DueList::read(state, present, operator, due.threshold()).await;
+    let list = async |present: &Present| DueList::read(state, present, operator, due.question(present)?).await;
     let mut response = match as_csv {
         false => {
             let page = async |present: &Present| Ok(Json(due.page_of(list(present).await?)));
@@ -173,7 +195,7 @@ pub async fn get(
 }
 
 /// Tells whether a caller names `text/csv` and does not like `application/json` more.
-pub(super) fn prefers_csv(headers: &HeaderMap) -> bool {
+fn prefers_csv(headers: &HeaderMap) -> bool {
     let accepted = || headers.get_all(ACCEPT).iter().filter_map(|value| value.to_str().ok()).flat_map(|v| v.split(','));
     let quality = |wanted: &str| {
         let mut ranges = accepted().map(|range| range.split(';').map(str::trim));
@@ -193,9 +215,10 @@ fn table(body: &DueAnswer) -> String {
     table
 }
 
-fn row(list: &str, body: &DueAnswer, item: &DueItem) -> [String; 21] {
+fn row(list: &str, body: &DueAnswer, item: &DueItem) -> [String; 29] {
     let (safe, as_of) = (item.latest_safe.as_ref(), item.as_of.as_ref());
     let number = |number: Option<f64>| number.map(|number| number.to_string()).unwrap_or_default();
+    let day = |day: Option<Day>| day.map(|day| day.to_string()).unwrap_or_default();
     let text = |text: Option<&String>| text.cloned().unwrap_or_default();
     let doubts: Vec<_> = item.doubts.iter().flatten().map(|doubt| doubt.kind.as_str()).collect();
     [
@@ -207,7 +230,7 @@ fn row(list: &str, body: &DueAnswer, item: &DueItem) -> [String; 21] {
         item.life.to_string(),
         item.status.as_str().to_owned(),
         text(item.dominant_fault.as_ref()),
-        body.within_fh.to_string(),
+        number(body.within_fh),
         body.risk.to_string(),
         number(item.p),
         number(item.standard_error),
@@ -220,6 +243,14 @@ fn row(list: &str, body: &DueAnswer, item: &DueItem) -> [String; 21] {
         doubts.join(";"),
         text(item.reason.as_ref()),
         safe.and_then(|safe| safe.utilisation_source).map(|source| source.as_str().to_owned()).unwrap_or_default(),
+        item.urgency.as_str().to_owned(),
+        text(item.before.check.as_ref()),
+        day(item.before.date),
+        number(item.before.within_fh),
+        day(item.was_due_by),
+        item.data_age_days.map(|days| days.to_string()).unwrap_or_default(),
+        day(body.by),
+        text(body.check.as_ref()),
     ]
 }
 

@@ -9,7 +9,7 @@ use crate::house::{House, doubtful, explanation, forecast};
 
 const RUL: &str = "/v1/tails/EC-MXA/positions/AIL-L/rul";
 const HEALTH: &str = "/v1/tails/EC-MXA/positions/AIL-L/health";
-const FIELDS: [&str; 34] = [
+const FIELDS: [&str; 38] = [
     "tail",
     "position",
     "part_number",
@@ -44,6 +44,10 @@ const FIELDS: [&str; 34] = [
     "pending_uploads",
     "set_aside_uploads",
     "advisory",
+    "urgency",
+    "before",
+    "was_due_by",
+    "data_age_days",
 ];
 
 /// A house with uploads at these flight hours.
@@ -189,7 +193,8 @@ async fn a_forecast_tells_its_reasons_and_what_speaks_against_it() {
     assert_eq!(body["doubts"], serde_json::to_value(doubtful(80).doubts).unwrap());
     assert_eq!(body["rul_fh"]["p50"], 2020.0, "the numbers are kept");
     let mut grpc = FleetHealthClient::new(house.channel().await);
-    let place = v1::GetRulRequest { tail: "EC-MXA".into(), position: "AIL-L".into(), within_fh: vec![] };
+    let place =
+        v1::GetRulRequest { tail: "EC-MXA".into(), position: "AIL-L".into(), within_fh: vec![], ..Default::default() };
     let rul = grpc.get_rul(place).await.unwrap().into_inner();
     assert_eq!(rul, serde_json::from_value::<proto::answer::RulAnswer>(body).unwrap().into());
     assert_eq!(rul.doubts[1].kind(), v1::DoubtKind::OutsideTraining);
@@ -218,6 +223,7 @@ async fn grpc_tells_the_same() {
         tail: tail.to_owned(),
         position: position.to_owned(),
         within_fh: vec![400.0],
+        ..v1::GetRulRequest::default()
     };
     let rul = grpc.get_rul(request("EC-MXA", "AIL-L")).await.unwrap().into_inner();
     assert_eq!(rul, v1::Rul::from(body));

@@ -68,7 +68,8 @@ async fn loads_are_told_where_they_are_known() {
     assert_eq!(rul["load"], load);
     assert_eq!(house.read(&format!("{COMPONENT}/health")).await["items"][0]["load"], load);
     let mut grpc = FleetHealthClient::new(house.channel().await);
-    let place = v1::GetRulRequest { tail: "EC-MXB".into(), position: "AIL-L".into(), within_fh: vec![] };
+    let place =
+        v1::GetRulRequest { tail: "EC-MXB".into(), position: "AIL-L".into(), within_fh: vec![], ..Default::default() };
     let told = grpc.get_rul(place).await.unwrap().into_inner();
     assert_eq!(told, serde_json::from_value::<proto::answer::RulAnswer>(rul).unwrap().into());
     assert_eq!(told.load.unwrap().source(), v1::LoadSource::StrainAndAirData);

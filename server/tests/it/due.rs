@@ -17,7 +17,7 @@ use crate::house::{House, doubtful, forecast};
 const DUE: &str = "/v1/fleet/due";
 
 /// A forecast whose 100 draws end every `step_fh` flight hours.
-fn ending_every(step_fh: f64) -> Forecast {
+pub fn ending_every(step_fh: f64) -> Forecast {
     let ends: Vec<_> = (1..=100).map(|i| Some(step_fh * f64::from(i))).collect();
     Forecast { rul: RulDistribution::from_draws(&ends, 10_000.0), ..forecast(0) }
 }
@@ -27,7 +27,7 @@ fn few() -> Result<Forecast, InsufficientHistory> {
 }
 
 /// Uploads at these hours for a tail of its own, judged to `forecast`.
-async fn judged(house: &House, tail: &str, hours: &[f64], forecast: Result<Forecast, InsufficientHistory>) {
+pub async fn judged(house: &House, tail: &str, hours: &[f64], forecast: Result<Forecast, InsufficientHistory>) {
     for hours in hours {
         let mut body = house.body(&format!("{tail}.{hours}"), *hours);
         body["serial_number"] = json!(format!("\"{tail}\", unit 1"));
@@ -137,9 +137,12 @@ async fn a_forecast_that_ends_earlier_says_nothing_of_later() {
     let ends: Vec<_> = (1..=100).map(|i| Some(70.0 * f64::from(i))).collect();
     let short = Forecast { rul: RulDistribution::from_draws(&ends, 4000.0), ..forecast(0) };
     judged(&house, "EC-MXA", &[0.0], Ok(short)).await;
-    let body = house.read(&format!("{DUE}?within_fh=5000")).await;
+    let body = house.read(&format!("{DUE}?within_fh=5000&risk=0.9")).await;
     assert_eq!(tails(&body, "items"), [""; 0]);
     assert_eq!(body["unknown"][0]["reason"], "its forecast ends at 4000 fh");
+    let body = house.read(&format!("{DUE}?within_fh=5000&risk=0.5")).await;
+    assert_eq!(tails(&body, "items"), ["EC-MXA"], "57 of 100 fail within 4000 h, so no fewer within 5000");
+    assert_eq!((&body["items"][0]["p"], &body["items"][0]["urgency"]), (&Value::Null, &json!("before_check")));
 }
 
 #[tokio::test]
@@ -197,12 +200,13 @@ async fn a_table_comes_whole() {
     let lines: Vec<_> = table.split("\r\n").collect();
     assert_eq!(lines.len(), 9, "a header, seven components and the end: {table}");
     assert!(lines[0].starts_with("list,tail,position,part_number,serial_number,life,status,dominant_fault,within_fh"));
-    let expected = "due,EC-TEN,AIL-L,EMA-500,\"\"\"EC-TEN\"\", unit 1\",0,ok,k2,500,0.1,0.5,";
+    let expected = "due,EC-TEN,AIL-L,EMA-500,\"\"\"EC-TEN\"\", unit 1\",0,current,k2,500,0.1,0.5,";
     assert!(lines[3].starts_with(expected), "{}", lines[3]);
-    assert!(lines[3].ends_with(",105,235,2026-03-02,130,2026-02-17T06:00:00Z,EC-TEN.130,,,learned"), "{}", lines[3]);
+    let expected = ",105,235,2026-03-02,130,2026-02-17T06:00:00Z,EC-TEN.130,,,learned,act_now,,2026-04-20,500,,,,next";
+    assert!(lines[3].ends_with(expected), "{}", lines[3]);
     let expected = "unknown,EC-ODD,AIL-L,EMA-500,\"\"\"EC-ODD\"\", unit 1\",0,inconsistent,k2,500,0.1,,,,,,0,\
         2026-02-01T00:00:00Z,EC-ODD.0,inconsistent;outside_training,the last 3 blocks are 5.2 standard deviations away";
-    assert_eq!(lines[6], expected.to_owned() + ",");
+    assert!(lines[6].starts_with(&(expected.to_owned() + ",,unknown,,")), "{}", lines[6]);
     assert!(lines[7].starts_with("unknown,EC-RAW,") && lines[7].contains("insufficient_history"));
 }
 

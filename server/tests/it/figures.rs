@@ -40,7 +40,12 @@ async fn the_service_tells_of_itself() {
     house.post("EC-MXA", "application/x-ndjson", lines).await.text().await.unwrap();
     let channel = house.channel().await;
     IngestClient::new(channel.clone()).upload(house.request("g1", 13.0)).await.unwrap();
-    let place = GetRulRequest { tail: "EC-MXZ".to_owned(), position: "AIL-L".to_owned(), within_fh: Vec::new() };
+    let place = GetRulRequest {
+        tail: "EC-MXZ".to_owned(),
+        position: "AIL-L".to_owned(),
+        within_fh: Vec::new(),
+        ..Default::default()
+    };
     FleetHealthClient::new(channel).get_rul(place).await.unwrap_err();
     house.get("/v1/tails/EC-MXZ").await;
     house.get("/v2/anything").await;

@@ -109,7 +109,11 @@ async fn what_does_not_exist_is_refused_by_its_name() {
         ("limit=1001", "limit"),
         ("cursor=x", "cursor"),
         (other_order.as_str(), "cursor"),
-        ("urgency=act_now", "urgency"),
+        ("urgency=soon", "urgency"),
+        ("by=2026-02-28", "by"),
+        ("by=soon", "by"),
+        ("check=C&within_fh=20", "within_fh"),
+        ("risk=1", "risk"),
     ];
     for (query, parameter) in cases {
         let refused = house.refused(&format!("{RUL}?{query}"), 422).await;
@@ -117,7 +121,7 @@ async fn what_does_not_exist_is_refused_by_its_name() {
     }
     let mut grpc = FleetHealthClient::new(house.channel().await);
     let cases = [
-        (v1::ListRulRequest { sort: 4, ..Default::default() }, "sort"),
+        (v1::ListRulRequest { sort: 5, ..Default::default() }, "sort"),
         (v1::ListRulRequest { statuses: vec![5, 0], ..Default::default() }, "statuses"),
         (v1::ListRulRequest { tail: "x".into(), ..Default::default() }, "tail"),
         (v1::ListRulRequest { within_fh: Some(f64::NAN), ..Default::default() }, "within_fh"),

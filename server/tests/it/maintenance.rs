@@ -61,7 +61,7 @@ async fn a_finding_is_stored_once() {
         "outcome": "serviceable", "occurred_at": "2026-03-01T09:00:00Z", "flight_hours": 230.0,
         "note": "winding <b>burnt</b>", "received_at": "2026-03-01T12:00:00Z", "voided_at": null}]);
     assert_eq!(events, expected);
-    assert_eq!(house.read(&format!("{PLACE}/rul")).await["status"], "ok", "serviceable ends nothing");
+    assert_eq!(house.read(&format!("{PLACE}/rul")).await["status"], "current", "serviceable ends nothing");
 }
 
 #[tokio::test]
@@ -95,7 +95,8 @@ async fn a_component_that_was_found_failed_has_failed() {
     assert_eq!(house.read("/v1/tails").await["items"][0]["status"], "failed");
     assert_eq!(house.read(COMPONENT).await["lives"][0]["found_failed_fh"], 230.0);
     let mut grpc = FleetHealthClient::new(house.channel().await);
-    let place = v1::GetRulRequest { tail: "EC-MXA".into(), position: "AIL-L".into(), within_fh: vec![] };
+    let place =
+        v1::GetRulRequest { tail: "EC-MXA".into(), position: "AIL-L".into(), within_fh: vec![], ..Default::default() };
     let told = grpc.get_rul(place).await.unwrap().into_inner();
     assert_eq!(told, serde_json::from_value::<RulAnswer>(rul).unwrap().into());
     let due = house.read("/v1/fleet/due?risk=0.99").await;
@@ -119,7 +120,12 @@ async fn what_a_new_life_lacks_is_told_since_its_overhaul() {
         let missing = format!("{since}: {words}");
         assert_eq!((&rul["missing"], &rul["status"]), (&json!(missing), &json!("insufficient_history")));
         let mut grpc = FleetHealthClient::new(house.channel().await);
-        let place = v1::GetRulRequest { tail: "EC-MXA".into(), position: "AIL-L".into(), within_fh: vec![] };
+        let place = v1::GetRulRequest {
+            tail: "EC-MXA".into(),
+            position: "AIL-L".into(),
+            within_fh: vec![],
+            ..Default::default()
+        };
         assert_eq!(grpc.get_rul(place).await.unwrap().into_inner().missing.as_ref(), Some(&missing));
         assert_eq!(house.read("/v1/fleet/due").await["unknown"][0]["reason"], missing);
         let page = house.get("/tails/EC-MXA/positions/AIL-L").await.text().await.unwrap();

@@ -8,7 +8,7 @@ use domain::{
 use super::{Backend, Store, backend};
 use crate::{
     ComponentRecord, EventRecord, HistoryOf, Installation, Installed, InstalledTail, IssuedLife, LifeCursor,
-    ListedUnit, MayBeDue, Scope, StoreError, TailInShort, UnitsAsked, UploadRecord, Version, WorstUnits,
+    ListedUnit, Scope, StoreError, TailInShort, UnitsAsked, UploadRecord, Version, WorstUnits,
 };
 
 impl Store {
@@ -126,22 +126,15 @@ impl Store {
         backend!(self, tails_in_short(operator, after, limit))
     }
 
-    /// The components of an operator of which some are due: those that may fail within some flight hours with more than a
-    /// risk, those without a forecast to act on, and those whose newest data are older than a time.
-    pub async fn may_be_due(
+    /// The components of an operator that are asked for, in short: by tail and position, and behind them those without a
+    /// place. Those with a forecast for which `draws` says so come with its draws.
+    pub async fn units(
         &self,
         operator: &OperatorId,
-        within_fh: f64,
-        risk: f64,
-        stale_before: Timestamp,
-    ) -> Result<MayBeDue, StoreError> {
-        backend!(self, may_be_due(operator, within_fh, risk, stale_before))
-    }
-
-    /// The components of an operator that are asked for, in short: by tail and position, and behind them those without a
-    /// place.
-    pub async fn units(&self, operator: &OperatorId, asked: UnitsAsked<'_>) -> Result<Vec<ListedUnit>, StoreError> {
-        backend!(self, units(operator, asked))
+        asked: UnitsAsked<'_>,
+        draws: impl Fn(&ListedUnit) -> bool + Send + Sync,
+    ) -> Result<Vec<ListedUnit>, StoreError> {
+        backend!(self, units(operator, asked, draws))
     }
 
     /// Those of some components that have a place or lost it, in no order.

@@ -3,7 +3,6 @@
 mod architecture;
 mod backtest;
 mod chaos;
-mod checks;
 mod circles;
 mod command_line;
 mod compose;

@@ -2,15 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use domain::{
-    Checks, OperatorId, PartNumber, Plan, Position, Prognosis, RulDistribution, SerialNumber, TailNumber, Timestamp,
-};
+use domain::{Checks, OperatorId, PartNumber, Plan, Position, Prognosis, SerialNumber, TailNumber, Timestamp};
 
 use super::super::{
     Connection, Engine,
     board::{
         self,
-        curves::CurveRow,
         units::{UnitRow, unit_columns},
     },
     ground::{
@@ -21,10 +18,10 @@ use super::super::{
     places::tails,
     results::prognoses::PrognosisRow,
 };
-use crate::{Installed, InstalledTail, ListedUnit, MayBeDue, StoreError, TailInShort, Unit, UnitsAsked, WorstUnits};
+use crate::{Installed, InstalledTail, ListedUnit, StoreError, TailInShort, Unit, WorstUnits};
 
 /// Behind every tail.
-const LAST: &str = "\u{10ffff}";
+pub(super) const LAST: &str = "\u{10ffff}";
 
 /// Components for which a condition holds, by tail and position, with their prognoses. Several may have lost the same
 /// place.
@@ -44,49 +41,6 @@ macro_rules! installed {
              where u.operator = $1 and ",
             $($condition,)+
             " order by u.tail, u.position, u.part_number, u.serial_number"
-        )
-    };
-}
-
-/// Selects components in short with the draws of their forecasts.
-macro_rules! drawn {
-    () => {
-        concat!(
-            "select ",
-            unit_columns!(),
-            ", c.draws, c.horizon_fh as curve_horizon_fh, c.ends, c.checksum as curve_checksum
-             from board_units u
-             left join board_curves c on c.operator = u.operator and c.part_number = u.part_number
-                  and c.serial_number = u.serial_number "
-        )
-    };
-}
-
-/// Selects components in short without their draws.
-macro_rules! undrawn {
-    () => {
-        concat!(
-            "select ",
-            unit_columns!(),
-            ", cast(null as bigint) as draws, cast(null as double precision) as curve_horizon_fh,
-               cast(null as text) as ends, u.checksum as curve_checksum
-             from board_units u "
-        )
-    };
-}
-
-/// Components that are asked for, by place; behind them those without one.
-macro_rules! units {
-    ($select:expr) => {
-        concat!(
-            $select,
-            "where u.operator = $1
-               and ($2 is null or (u.tail = $2 and u.place_known = 1))
-               and ($3 is null or (u.position = $3 and u.place_known = 1))
-               and ($4 is null or u.part_number = $4)
-               and ($5 is null or u.place_known = 0 or (u.tail, u.position) > ($5, $6))
-             order by u.place_known desc, u.tail, u.position, u.part_number, u.serial_number
-             limit $7"
         )
     };
 }
@@ -158,27 +112,6 @@ impl Engine {
         Ok(fleet.into_values().collect())
     }
 
-    pub(crate) async fn units(
-        &self,
-        operator: &OperatorId,
-        asked: UnitsAsked<'_>,
-    ) -> Result<Vec<ListedUnit>, StoreError> {
-        let mut transaction = self.read(operator).await?;
-        let sql = if asked.with_draws { units!(drawn!()) } else { units!(undrawn!()) };
-        let (after_tail, after_position) = asked.after.unzip();
-        let query = sqlx::query_as(sql)
-            .bind(operator.as_str())
-            .bind(asked.tail.map(TailNumber::as_str))
-            .bind(asked.position.map(Position::as_str))
-            .bind(asked.part_number.map(PartNumber::as_str))
-            .bind(after_tail.map(TailNumber::as_str))
-            .bind(after_position.map(Position::as_str))
-            .bind(asked.limit.map_or(i64::MAX, i64::from));
-        let rows: Vec<CurvedRow> = query.fetch_all(&mut *transaction).await?;
-        let flown = flown(&mut transaction, operator, "", LAST).await?;
-        rows.into_iter().map(|row| row.listed(&flown, asked.with_draws)).collect()
-    }
-
     /// The components that have a place or lost it, of those that are named; in no order.
     pub(crate) async fn installed_units(
         &self,
@@ -194,30 +127,6 @@ impl Engine {
         }
         let flown = flown(&mut transaction, operator, "", LAST).await?;
         rows.into_iter().map(|row| row.installed(&flown)).collect()
-    }
-
-    pub(crate) async fn may_be_due(
-        &self,
-        operator: &OperatorId,
-        within_fh: f64,
-        risk: f64,
-        stale_before: Timestamp,
-    ) -> Result<MayBeDue, StoreError> {
-        let mut transaction = self.read(operator).await?;
-        let (components, oldest_fresh): (i64, Option<i64>) = sqlx::query_as(
-            "select count(*), min(case when as_of_at > $2 then as_of_at end) from board_units where operator = $1",
-        )
-        .bind(operator.as_str())
-        .bind(stale_before.micros())
-        .fetch_one(&mut *transaction)
-        .await?;
-        let query = sqlx::query_as(possibly_due(risk)).bind(operator.as_str());
-        let query = query.bind(stale_before.micros()).bind(within_fh);
-        let rows: Vec<CurvedRow> = query.fetch_all(&mut *transaction).await?;
-        let flown = flown(&mut transaction, operator, "", LAST).await?;
-        let units = rows.into_iter().map(|row| row.listed(&flown, true)).collect::<Result<_, _>>()?;
-        let oldest_fresh = oldest_fresh.map(Timestamp::from_micros);
-        Ok(MayBeDue { units, components: count("board_units", components)?, oldest_fresh })
     }
 
     pub(crate) async fn worst_units(
@@ -251,7 +160,7 @@ impl Engine {
         let query = query.bind(operator.as_str()).bind(stale_before.micros()).bind(near_fh).bind(i64::from(limit));
         let rows: Vec<UnitRow> = query.fetch_all(&mut *transaction).await?;
         let flown = flown(&mut transaction, operator, "", LAST).await?;
-        let listed = rows.into_iter().map(|row| Ok(listed(row.unit()?, &flown, None)));
+        let listed = rows.into_iter().map(|row| Ok(listed(row.unit()?, &flown)));
         Ok(WorstUnits {
             units: listed.collect::<Result<_, StoreError>>()?,
             components: count("board_units", components)?,
@@ -273,82 +182,22 @@ impl Engine {
         if rows.is_empty() {
             return Ok(Vec::new());
         }
-        let flown = Flown::of_tail(&mut transaction, operator, tail).await?;
+        let row = board::tails::find(&mut transaction, operator, tail).await?;
+        let plan = versions::newest(&mut transaction, operator, tail).await.transpose();
+        let plan = plan.map(versions::readable).transpose()?;
+        let checks = versions::newest(&mut transaction, operator, tail).await.transpose();
+        let checks = checks.map(versions::readable).transpose()?.flatten();
+        let flown = Flown::new(row.as_ref().and_then(fh_per_day), plan, checks);
         let flown = [(tail.clone(), flown)].into();
         rows.into_iter().map(|row| row.installed(&flown)).collect()
     }
 }
 
-/// Selects all components that may fail within `$3` hours with more than a probability, that are unknown, or whose data
-/// are older than `$2`; with their draws. (A quantile that is lower than the probability by more than a few draws lies
-/// within the hours.)
-fn possibly_due(risk: f64) -> &'static str {
-    macro_rules! possibly_due {
-        ($quantile:literal) => {
-            concat!(
-                drawn!(),
-                "where u.operator = $1
-                   and (u.place_known = 0 or u.standing not in ('current', 'beyond_horizon') or u.as_of_at <= $2
-                        or u.horizon_fh < $3 or ",
-                $quantile,
-                " <= $3)"
-            )
-        };
-    }
-    const SLACK: f64 = 0.02;
-    match risk - SLACK {
-        risk if risk >= 0.5 => possibly_due!("u.p50_fh"),
-        risk if risk >= 0.25 => possibly_due!("u.p25_fh"),
-        risk if risk >= 0.1 => possibly_due!("u.p10_fh"),
-        risk if risk >= 0.05 => possibly_due!("u.p05_fh"),
-        _ => possibly_due!("u.first_end_fh"),
-    }
-}
-
-/// A component in short with the draws of its forecast, where they are read.
-#[derive(sqlx_macros::FromRow)]
-struct CurvedRow {
-    #[sqlx(flatten)]
-    unit: UnitRow,
-    draws: Option<i64>,
-    curve_horizon_fh: Option<f64>,
-    ends: Option<String>,
-    curve_checksum: Option<Vec<u8>>,
-}
-
-impl CurvedRow {
-    fn listed(mut self, flown: &BTreeMap<TailNumber, Flown>, with_draws: bool) -> Result<ListedUnit, StoreError> {
-        let mut unit = self.unit.unit()?;
-        let has_forecast = with_draws && unit.prognosis.as_ref().is_some_and(|prognosis| prognosis.outlook.is_ok());
-        let rul = match self.curve().filter(|_| has_forecast).map(|curve| curve.rul()).transpose() {
-            Ok(rul) if rul.is_some() == has_forecast => rul,
-            damaged => {
-                tracing::error!(unit = ?unit.serial_number, ?damaged, "a component is listed without its draws");
-                unit.damage();
-                None
-            }
-        };
-        Ok(listed(unit, flown, rul))
-    }
-
-    fn curve(&mut self) -> Option<CurveRow> {
-        Some(CurveRow {
-            operator: self.unit.operator.clone(),
-            part_number: self.unit.part_number.clone(),
-            serial_number: self.unit.serial_number.clone(),
-            draws: self.draws?,
-            horizon_fh: self.curve_horizon_fh?,
-            ends: self.ends.take()?,
-            checksum: Some(self.curve_checksum.take()?),
-        })
-    }
-}
-
 /// A component with how its tail flies, if it is on it.
-fn listed(unit: Unit, flown: &BTreeMap<TailNumber, Flown>, rul: Option<RulDistribution>) -> ListedUnit {
+pub(super) fn listed(unit: Unit, flown: &BTreeMap<TailNumber, Flown>) -> ListedUnit {
     let Flown { utilisation_fh_per_day, plan, checks } =
         flown.get(&unit.tail).filter(|_| unit.place_known).cloned().unwrap_or_default();
-    ListedUnit { unit, utilisation_fh_per_day, plan, checks, rul }
+    ListedUnit { unit, utilisation_fh_per_day, plan, checks, rul: None }
 }
 
 /// A page of an operator's tails with nothing on them, and the bounds of their names: behind the first, up to the last.
@@ -438,25 +287,6 @@ impl Flown {
             plan: plan.flatten().unwrap_or_default(),
             checks: checks.unwrap_or_default(),
         }
-    }
-
-    /// Of one tail.
-    pub(super) async fn of_tail(
-        connection: &mut Connection,
-        operator: &OperatorId,
-        tail: &TailNumber,
-    ) -> Result<Self, StoreError> {
-        let row = board::tails::find(connection, operator, tail).await?;
-        let plan = versions::newest(connection, operator, tail).await.transpose();
-        let plan = plan.map(versions::readable).transpose()?;
-        let checks = versions::newest(connection, operator, tail).await.transpose();
-        let checks = checks.map(versions::readable).transpose()?.flatten();
-        Ok(Self::new(row.as_ref().and_then(fh_per_day), plan, checks))
-    }
-
-    /// What is planned, and what was learned.
-    pub(super) fn planned(self) -> crate::Planned {
-        crate::Planned { plan: self.plan, utilisation_fh_per_day: self.utilisation_fh_per_day }
     }
 }
 

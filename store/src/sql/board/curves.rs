@@ -1,8 +1,10 @@
 //! The draws of the forecasts that are served: the curve from which lists tell probabilities, bit by bit that of the
 //! prognosis.
 
+use std::sync::LazyLock;
+
 use base64::{Engine as _, prelude::BASE64_STANDARD};
-use domain::{Component, OperatorId, RulDistribution};
+use domain::{Component, OperatorId, PartNumber, RulDistribution, SerialNumber};
 
 use super::super::{
     Connection,
@@ -82,6 +84,45 @@ pub(super) async fn replace(
         None => Ok(()),
     }
 }
+
+/// Units that are named in one statement.
+const NAMED: usize = 100;
+
+/// The rows of units with these names, each a part number and a serial number. Of many, all rows of the operator are read.
+pub(crate) async fn of_units(
+    connection: &mut Connection,
+    operator: &OperatorId,
+    names: &[(&PartNumber, &SerialNumber)],
+) -> Result<Vec<CurveRow>, StoreError> {
+    /// More are read one after the other.
+    const MANY: usize = 20 * NAMED;
+    if names.len() > MANY {
+        return of_operator(connection, operator).await;
+    }
+    let mut rows = Vec::with_capacity(names.len());
+    for named in names.chunks(NAMED) {
+        // The last one fills the statement, which is always the same.
+        let last = named.last().into_iter().cycle();
+        let mut query = sqlx::query_as(NAMED_CURVES.as_str()).bind(operator.as_str());
+        for (part_number, serial_number) in named.iter().chain(last).take(NAMED) {
+            query = query.bind(part_number.as_str()).bind(serial_number.as_str());
+        }
+        rows.extend(query.fetch_all(&mut *connection).await?);
+    }
+    Ok(rows)
+}
+
+/// Selects the rows of units that are named; a name that stands there more than once counts once.
+static NAMED_CURVES: LazyLock<String> = LazyLock::new(|| {
+    let places: Vec<String> = (0..NAMED).map(|number| format!("(${}, ${})", 2 * number + 2, 2 * number + 3)).collect();
+    let columns = curve_columns!();
+    format!(
+        "with named (part_number, serial_number) as (values {})
+         select {columns} from (select distinct part_number, serial_number from named) n
+         join board_curves c on c.operator = $1 and c.part_number = n.part_number and c.serial_number = n.serial_number",
+        places.join(", ")
+    )
+});
 
 /// The rows of an operator.
 pub(crate) async fn of_operator(

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use domain::{OperatorId, RulDistribution, Status, Upload};
 use numerics::Stream;
-use store::{Installed, ListedUnit, Scope, Store, Version};
+use store::{Installed, ListedUnit, Scope, Store, Unit, UnitsAsked, Version};
 use test_case::test_case;
 
 use super::rebuild::fleet;
@@ -130,7 +130,7 @@ async fn a_version_changes_with_what_is_shown_and_with_nothing_else(backend: Bac
 #[test_case(Sqlite; "sqlite")]
 #[test_case(Postgres; "postgres")]
 #[tokio::test]
-async fn all_that_are_due_are_among_those_that_may_be(backend: Backend) {
+async fn quantiles_decide_as_the_draws_do_and_only_what_they_leave_open_is_drawn(backend: Backend) {
     let database = Database::new(backend);
     let store = database.ready().await;
     let mut stream = Stream::new(5, &["due"]);
@@ -151,28 +151,31 @@ async fn all_that_are_due_are_among_those_that_may_be(backend: Backend) {
     }
     let all = shown(&store).await;
     assert_eq!(all.len(), 60);
-    let (mut due, mut asked) = (0, 0);
-    for within_fh in [0.0, 40.0, 300.0, 5000.0, 10_000.0] {
+    let (mut above, mut open) = (0, 0);
+    for within_fh in [0.0_f64, 40.0, 300.0, 5000.0, 10_000.0] {
         for risk in [0.001, 0.05, 0.07, 0.1, 0.12, 0.3, 0.5, 0.52, 0.9] {
-            let told = store.may_be_due(&operator(), within_fh, risk, day(0.0)).await.unwrap();
-            assert_eq!(told.components, 60);
-            asked += told.units.len();
-            for ListedUnit { unit, rul, .. } in &told.units {
+            let exceeds = |unit: &Unit| {
+                let outlook = unit.prognosis.as_ref().unwrap().outlook.as_ref().unwrap();
+                outlook.exceeds(within_fh.min(outlook.horizon_fh), risk)
+            };
+            let is_open = |listed: &ListedUnit| exceeds(&listed.unit).is_none();
+            let told = store.units(&operator(), UnitsAsked::default(), is_open).await.unwrap();
+            assert_eq!(told.len(), 60);
+            for ListedUnit { unit, rul, .. } in &told {
                 let whole = all.iter().find(|one| one.position == unit.position).unwrap();
-                assert_eq!((unit, rul.as_ref()), (&whole.in_short(), curve(whole)));
-            }
-            let told: BTreeSet<_> = told.units.iter().map(|listed| listed.unit.position.clone()).collect();
-            for unit in &all {
-                let rul = curve(unit).unwrap();
-                let is_due = rul.probability_within(within_fh).is_none_or(|(p, _)| p > risk);
-                due += usize::from(is_due);
-                assert!(!is_due || told.contains(&unit.position), "{within_fh} fh, {risk}: {unit:?}");
+                let drawn = curve(whole).unwrap();
+                let (p, _) = drawn.probability_within(within_fh.min(drawn.horizon_fh())).unwrap();
+                assert_eq!(unit, &whole.in_short());
+                match exceeds(unit) {
+                    Some(exceeds) => assert_eq!((exceeds, rul), (p > risk, &None), "{within_fh} fh, {risk}: {unit:?}"),
+                    None => assert_eq!(rul.as_ref(), Some(drawn)),
+                }
+                open += usize::from(rul.is_some());
+                above += usize::from(p > risk);
             }
         }
     }
-    assert!(due > 500 && asked < due + 500, "{asked} were told, {due} are due");
-    let stale = store.may_be_due(&operator(), 0.0, 0.9, day(400.0)).await.unwrap();
-    assert_eq!(stale.units.len(), 60);
+    assert!(above > 500 && (20..500).contains(&open), "{above} are above, {open} had to be drawn");
 }
 
 /// Brings the schema up to date: SQLite does so when it is opened.

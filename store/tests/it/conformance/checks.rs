@@ -74,7 +74,7 @@ async fn checks_are_told_with_what_is_on_the_tail_and_nothing_waits_for_them(bac
     let store = database.ready().await;
     store.accept(&operator(), upload("u", "0001"), day(0.0)).await.unwrap();
     drain(&store).await;
-    let listed = async || store.units(&operator(), store::UnitsAsked::default()).await.unwrap().remove(0);
+    let listed = async || store.units(&operator(), store::UnitsAsked::default(), |_| false).await.unwrap().remove(0);
     let of_now = async || {
         let installed = store.installed(&operator(), &tail("EC-MXA")).await.unwrap().remove(0).checks;
         assert_eq!(store.installed_fleet(&operator(), None, 10).await.unwrap()[0].installed[0].checks, installed);
