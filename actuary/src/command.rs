@@ -1,13 +1,16 @@
 //! The subcommands.
 
 mod postgres;
+mod until;
 
 pub mod backtest;
 pub mod backup;
 pub mod completions;
+pub mod component;
 pub mod demo;
 pub mod diagnose;
 pub mod due;
+pub mod fleet;
 pub mod frame;
 pub mod healthcheck;
 pub mod loads;
@@ -15,10 +18,12 @@ pub mod migrate;
 pub mod model;
 pub mod rebuild;
 pub mod restore;
+pub mod rul;
 pub mod serve;
 pub mod simulate;
 pub mod token;
 pub mod train;
 pub mod verify;
+pub mod watch;
 pub mod what_if;
 pub mod worker;

@@ -36,8 +36,8 @@ use std::process::ExitCode;
 use clap::{FromArgMatches, Parser, Subcommand};
 
 use crate::command::{
-    backtest, backup, completions, demo, diagnose, due, frame, healthcheck, loads, migrate, model, rebuild, restore,
-    serve, simulate, token, train, verify, what_if, worker,
+    backtest, backup, completions, component, demo, diagnose, due, fleet, frame, healthcheck, loads, migrate, model,
+    rebuild, restore, rul, serve, simulate, token, train, verify, watch, what_if, worker,
 };
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
@@ -53,11 +53,13 @@ enum Command {
     Backtest(backtest::Arguments),
     Backup(backup::Arguments),
     Completions(completions::Arguments),
+    Component(component::Arguments),
     Demo(demo::Arguments),
     Serve(serve::Arguments),
     Train(train::Arguments),
     Diagnose(diagnose::Arguments),
     Due(due::Arguments),
+    Fleet(fleet::Arguments),
     Frame(frame::Arguments),
     Healthcheck(healthcheck::Arguments),
     Loads(loads::Arguments),
@@ -65,9 +67,11 @@ enum Command {
     Model(model::Arguments),
     Rebuild(rebuild::Arguments),
     Restore(restore::Arguments),
+    Rul(rul::Arguments),
     Simulate(simulate::Arguments),
     Token(token::Arguments),
     Verify(verify::Arguments),
+    Watch(watch::Arguments),
     WhatIf(what_if::Arguments),
     Worker(worker::Arguments),
 }
@@ -94,6 +98,10 @@ fn main() -> ExitCode {
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Due(arguments) => due::run(&arguments),
         Command::Frame(arguments) => frame::run(arguments),
+        Command::Component(arguments) => component::run(&arguments),
+        Command::Fleet(arguments) => fleet::run(&arguments),
+        Command::Rul(arguments) => rul::run(&arguments),
+        Command::Watch(arguments) => watch::run(&arguments),
         Command::WhatIf(arguments) => what_if::run(&arguments),
         Command::Healthcheck(arguments) => healthcheck::run(&arguments),
         Command::Loads(arguments) => loads::run(&arguments),

@@ -6,7 +6,7 @@ use crate::terminal::{self, wrapped};
 
 /// Groups of commands, in the order in which a newcomer meets them. A test holds them against the commands that there are.
 const GROUPS: [(&str, &[&str]); 8] = [
-    ("Ask a running service", &["due", "what-if"]),
+    ("Ask a running service", &["fleet", "due", "rul", "component", "what-if", "watch"]),
     ("Run it", &["demo", "serve", "worker", "migrate", "healthcheck"]),
     ("Keep its database", &["backup", "restore", "verify", "rebuild"]),
     ("Give out keys", &["token", "frame"]),
@@ -26,7 +26,7 @@ pub fn program<C: CommandFactory>() -> Command {
     let list = listed(&program, terminal::width().min(WIDEST));
     program.help_template(format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{list}\nOptions:\n{{options}}\n\n\
-         `actuary COMMAND --help` tells more, with an example. Begin with `actuary demo`.\n"
+         `actuary COMMAND --help` tells more, with an example. Begin with `actuary demo`, then `actuary fleet`.\n"
     ))
 }
 

@@ -1,8 +1,13 @@
 //! The fleet in the terminal: one line per component, worst first.
 
+pub mod board;
+mod columns;
+mod component;
 mod due;
 mod frames;
+mod rul;
 mod tokens;
+pub mod units;
 mod what_if;
 
 use std::fmt::Write as _;
@@ -10,8 +15,10 @@ use std::fmt::Write as _;
 use domain::{Status, Timestamp};
 use proto::answer::RulAnswer;
 
+pub use component::component;
 pub use due::due;
 pub use frames::{frame, frame_keys, subject};
+pub use rul::rul;
 pub use tokens::tokens;
 pub use what_if::what_if;
 
@@ -72,4 +79,9 @@ fn words(status: Status) -> &'static str {
 fn minute(time: Timestamp) -> String {
     let text = time.to_string();
     format!("{}Z", text.get(..16).unwrap_or(&text))
+}
+
+/// The day of a text that is a time.
+fn day(time: &str) -> &str {
+    time.split('T').next().unwrap_or(time)
 }

@@ -2,25 +2,22 @@
 
 use anyhow::{Context, Result};
 use clap::Args;
-use proto::answer::DueAnswer;
 
+use super::until::Until;
 use crate::{
     client::{self, Endpoint, Question},
     say, table,
 };
 
-/// List the actuators that have failed, or whose probability of failure within some flight hours exceeds
-/// a risk: worst first, with the hours until which each is safe; and those whose state is unknown.
+/// List the actuators that have failed, or that probably fail before a date, a check or some flight hours: worst first, with the hours until which each is safe; and those whose state is unknown.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  actuary due --within-fh 300 --risk 0.05\n  actuary due --csv > due.csv\n\n\
-    Hours count from the newest data of each actuator; hours flown since then are to be subtracted.")]
+#[command(
+    after_help = "Example:\n  actuary due --by 2027-03-01\n  actuary due --check C-check --risk 5%\n  actuary due --within-fh 300\n  actuary due --csv > due.csv\n\n\
+    Hours count from the newest data of each actuator; hours flown since then are to be subtracted."
+)]
 pub struct Arguments {
-    /// Flight hours from the newest data of each actuator, 0 to 10000.
-    #[arg(long, value_name = "H", default_value_t = 500.0, allow_negative_numbers = true)]
-    within_fh: f64,
-    /// Probability of failure within them, above which an actuator is due.
-    #[arg(long, value_name = "P", default_value_t = 0.1, allow_negative_numbers = true)]
-    risk: f64,
+    #[command(flatten)]
+    until: Until,
     /// Print the list as CSV.
     #[arg(long, conflicts_with = "json")]
     csv: bool,
@@ -39,9 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 async fn list(arguments: &Arguments) -> Result<String> {
     let service = arguments.endpoint.service()?;
-    let question = Question::new(["v1", "fleet", "due"])
-        .with("within_fh", Some(arguments.within_fh))
-        .with("risk", Some(arguments.risk));
+    let question = arguments.until.of(Question::new(["v1", "fleet", "due"]));
     if arguments.csv {
         return service.csv(&question).await;
     }
@@ -49,6 +44,5 @@ async fn list(arguments: &Arguments) -> Result<String> {
     if arguments.json {
         return Ok(serde_json::to_string_pretty(&list)? + "\n");
     }
-    let list: DueAnswer = serde_json::from_value(list).context("the service answers oddly")?;
-    Ok(table::due(&list))
+    table::due(list).context("the service answers oddly")
 }

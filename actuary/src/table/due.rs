@@ -1,104 +1,74 @@
-//! What is due in the terminal: one line per component, worst first.
+//! What is due in the terminal: one line per component, worst first, and behind them those of which nothing can be said.
 
-use std::fmt::Write as _;
+use serde::Deserialize;
+use serde_json::Value;
 
-use domain::{AsOf, Status, check::NEXT};
-use proto::answer::{DueAnswer, DueItem};
+use super::{
+    board::today,
+    units::{self, Unit},
+};
+use crate::terminal::{self, wrapped};
 
-use super::words;
+/// What the answer tells of the list as a whole.
+#[derive(Debug, Deserialize)]
+struct List {
+    by: Option<String>,
+    check: Option<String>,
+    within_fh: Option<f64>,
+    risk: f64,
+    totals: Totals,
+    items: Vec<Unit>,
+    unknown: Vec<Unit>,
+    advisory: String,
+}
+
+#[derive(Debug, Deserialize)]
+struct Totals {
+    components: u64,
+    due: u64,
+    unknown: u64,
+}
 
 /// What is due, with a heading, and behind it what is unknown.
-pub fn due(list: &DueAnswer) -> String {
-    let totals = list.totals;
-    // Without the digits that the multiplication adds.
-    let percent = (1e11 * list.risk).round() / 1e9;
-    let mut table = format!(
-        "{} of {} actuators have failed, or fail {} with more than {percent} %; unknown: {}.\n",
-        totals.due,
-        totals.components,
-        period(list),
-        totals.unknown,
-    );
+pub fn due(answer: Value) -> serde_json::Result<String> {
+    let list: List = serde_json::from_value(answer)?;
+    let (width, is_coloured) = (terminal::width(), terminal::is_coloured());
+    let table = |units: &[Unit]| units::lines(units, today(), width, is_coloured).join("\n");
+    let mut parts = vec![wrapped("", &list.heading(), width)];
     if !list.items.is_empty() {
-        let heading =
-            ["tail", "position", "serial", "status", "P(fails)", "safe for", "until", "about", "driven by", "as of"];
-        table += "\n";
-        due_line(&mut table, heading.map(str::to_owned));
-        list.items.iter().for_each(|item| due_line(&mut table, due_row(item)));
+        parts.push(table(&list.items));
     }
     if !list.unknown.is_empty() {
-        table += "\nUnknown, which is not healthy:\n";
-        list.unknown.iter().for_each(|item| unknown_line(&mut table, item));
+        let reasons: Vec<_> = list.unknown.iter().map(|unit| reason(unit, width)).collect();
+        parts.push(format!("Unknown, which is not healthy:\n{}", reasons.join("\n")));
     }
-    writeln!(table, "\n{}", list.advisory).expect("writing to a string");
-    table
+    parts.push(wrapped("", &list.advisory, width));
+    Ok(parts.join("\n\n") + "\n")
 }
 
-/// What units have to last for, in words.
-fn period(list: &DueAnswer) -> String {
-    match (list.by, list.check.as_deref(), list.within_fh) {
-        (Some(day), ..) => format!("before {day}"),
-        (_, Some(NEXT), _) => "before the next check of their tail".to_owned(),
-        (_, Some(name), _) => format!("before the check {name} of their tail"),
-        (.., Some(hours)) => format!("within {hours} fh of their newest data"),
-        _ => String::new(),
-    }
-}
-
-fn due_row(item: &DueItem) -> [String; 10] {
-    let none = || "-".to_owned();
-    let safe = item.latest_safe.as_ref();
-    let p = item.p.zip(item.standard_error);
-    [
-        place(item.tail.as_ref()),
-        place(item.position.as_ref()),
-        item.serial_number.clone(),
-        due_words(item.status).to_owned(),
-        p.map_or_else(none, |(p, error)| format!("{:.1} \u{b1} {:.1} %", 100.0 * p, 100.0 * error)),
-        safe.map_or_else(none, |safe| format!("{:.0} fh", safe.remaining_fh)),
-        safe.map_or_else(none, |safe| format!("{:.0} fh", safe.flight_hours)),
-        safe.and_then(|safe| safe.date.clone()).unwrap_or_else(none),
-        item.dominant_fault.clone().unwrap_or_else(none),
-        as_of(item.as_of.as_ref()),
-    ]
-}
-
-/// A tail or a position; of a component that lost its place to another one, neither is known.
-fn place(name: Option<&String>) -> String {
-    name.cloned().unwrap_or_else(|| "unknown".to_owned())
-}
-
-/// A forecast to act on is due when it is on the list.
-fn due_words(status: Status) -> &'static str {
-    match status {
-        Status::Current | Status::BeyondHorizon => "due",
-        other => words(other),
+impl List {
+    fn heading(&self) -> String {
+        // Without the digits that the multiplication adds.
+        let percent = (1e11 * self.risk).round() / 1e9;
+        let Totals { components, due, unknown } = self.totals;
+        let period = match (&self.by, self.check.as_deref(), self.within_fh) {
+            (Some(day), ..) => format!("before {day}"),
+            (None, Some("next"), Some(hours)) => format!("before their next check ({hours} fh where none is to come)"),
+            (None, Some("next"), None) => "before their next check".to_owned(),
+            (None, Some(check), _) => format!("before their {check}"),
+            (None, None, hours) => format!("within {} fh of their newest data", hours.unwrap_or_default()),
+        };
+        format!(
+            "{due} of {components} actuators have failed, or fail {period} with more than {percent} %; unknown: {unknown}."
+        )
     }
 }
 
-fn due_line(table: &mut String, cells: [String; 10]) {
-    let [tail, position, serial, status, p, safe_for, until, about, fault, as_of] = cells;
-    writeln!(
-        table,
-        "{tail:<8} {position:<9} {serial:<12}  {status:<21} {p:>13} {safe_for:>9} {until:>9}  {about:<10}  {fault:<9}  \
-         {as_of}"
-    )
-    .expect("writing to a string");
-}
-
-fn unknown_line(table: &mut String, item: &DueItem) {
-    let reason = item.reason.as_deref().unwrap_or_else(|| words(item.status));
-    let (tail, position, serial) = (place(item.tail.as_ref()), place(item.position.as_ref()), &item.serial_number);
-    writeln!(table, "{tail:<8} {position:<9} {serial:<12}  {reason} (as of {})", as_of(item.as_of.as_ref()))
-        .expect("writing to a string");
-}
-
-fn as_of(as_of: Option<&AsOf>) -> String {
-    as_of.map_or_else(
-        || "nothing yet".to_owned(),
-        |as_of| {
-            let time = as_of.recorded_at.to_string();
-            format!("{:.0} fh, {}", as_of.flight_hours, time.split('T').next().unwrap_or_default())
-        },
+fn reason(unit: &Unit, width: usize) -> String {
+    let (tail, position) = unit.place().unwrap_or(("unknown", "unknown"));
+    wrapped(
+        &format!("{tail:<8} {position:<9} "),
+        &format!("{}  {}", unit.serial_number(), unit.reason().unwrap_or("unknown")),
+        width,
     )
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use proto::answer::{FailureProbability, RulAnswer, RulQuantiles, WhatIfAnswer};
 
-use super::words;
+use super::{day, words};
 
 /// One line for each figure.
 pub fn what_if(answer: &WhatIfAnswer) -> String {
@@ -77,8 +77,4 @@ fn probability(asked: Option<&FailureProbability>) -> String {
     told.map_or_else(none, |(hours, p, error)| {
         format!("{:.1} \u{b1} {:.1} % ({hours:.0} fh)", 100.0 * p, 100.0 * error)
     })
-}
-
-fn day(time: &str) -> &str {
-    time.split('T').next().unwrap_or(time)
 }
