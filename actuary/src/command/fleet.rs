@@ -43,7 +43,7 @@ impl Arguments {
 
 /// All units of the fleet.
 pub fn fleet() -> Question {
-    Question::new(["v1", "fleet", "rul"])
+    Question::new(["v1", "fleet", "rul"]).with("sort", Some("urgency"))
 }
 
 /// Prints the fleet.

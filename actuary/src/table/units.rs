@@ -93,10 +93,9 @@ pub fn counts(units: &[Unit]) -> String {
     format!("{} {noun}: {}.", units.len(), told.join(", "))
 }
 
-/// The most urgent first; of one rung, those that are to be replaced the soonest.
+/// The most urgent first; within a rung, in the order in which they were told.
 pub fn sort(units: &mut [Unit]) {
-    let key = |unit: &Unit| (unit.urgency(), unit.until().0.is_none(), unit.until().0);
-    units.sort_by_key(key);
+    units.sort_by_key(Unit::urgency);
 }
 
 impl Unit {

@@ -20,6 +20,7 @@ mod order;
 mod outages;
 mod own_diagnoses;
 mod own_fleet;
+mod people;
 mod processes;
 mod recorded_lives;
 mod simulation;
