@@ -1,10 +1,10 @@
 //! A load generator for `scripts/bench`: HTTP/1.1 on connections that stay open, one request after the other on each.
 //!
 //! `load ADDRESS CONNECTIONS SECONDS PATH [HEADER]...` asks for one path as often as it can;
-//! `load ADDRESS CONNECTIONS FILE [RATE]` sends each line of a file, a path and a body with a tab between, once, no faster
-//! than so many a second;
+//! `load ADDRESS CONNECTIONS FILE [RATE]` sends each line of a file, a path and a body with a tab between, once, no
+//! faster than so many a second;
 //! `load ADDRESS CONNECTIONS SECONDS @FILE PAUSE` polls as dashboards do: each connection walks through the lines of a
-//! file, a name and a path with a tab between, with so many ms after each answer; every other one shows the tags it saw.
+//! file, a name and a path with a tab between, with so many ms after each answer; every other shows the tags it saw.
 //! It says the rate, the median and 99th percentile of the time in ms, and the answers by status; of dashboards a line
 //! per name, and the seconds of CPU that it took itself. Nothing but the standard library: `rustc -O scripts/load.rs`.
 
@@ -28,7 +28,8 @@ fn main() -> io::Result<()> {
     let seen = match arguments[2].parse::<f64>() {
         Ok(seconds) if arguments[3].starts_with('@') => {
             let asked = fs::read_to_string(&arguments[3][1..])?;
-            let asked: Vec<_> = asked.lines().map(|line| line.split_once('\t').expect("a name, a tab and a path")).collect();
+            let parted = |line| str::split_once(line, '\t').expect("a name, a tab and a path");
+            let asked: Vec<_> = asked.lines().map(parted).collect();
             let pause = Duration::from_millis(arguments[4].parse().expect("a pause in ms"));
             return dashboards(address, connections, start + Duration::from_secs_f64(seconds), &asked, pause);
         }
