@@ -10,7 +10,7 @@ use super::{
 
 /// The columns. A narrow terminal loses, in this order: part, before, fh, why, days, data, serial, P.
 const COLUMNS: [Column; 12] = [
-    Column { heading: "   urgency", least: 10, leaves: None },
+    Column { heading: "   urgency", least: 11, leaves: None },
     Column { heading: "tail", least: 7, leaves: None },
     Column { heading: "position", least: 5, leaves: None },
     Column { heading: "part", least: 9, leaves: Some(1) },
