@@ -2,7 +2,7 @@
 
 use domain::{
     ADVISORY, AsOf, Component, ContentHash, Ensemble, FaultModel, OperatorId, Position, RulDistribution, Schedule,
-    TailNumber, Timestamp, UtilisationSource,
+    TailNumber, UtilisationSource,
 };
 use proto::answer::{
     EndOfLife, FailureProbability, Fault, MaskAnswer, ModelItem, MonteCarlo, Page, RulAnswer, RulQuantiles, TailAnswer,
@@ -11,7 +11,9 @@ use proto::answer::{
 use store::{BundleRecord, ComponentRecord, Installed, LifeBeginning, SetAsideUploads, TailInShort, Unit};
 
 use crate::{
-    CODE_VERSION, judged,
+    CODE_VERSION,
+    dates::time_after,
+    judged,
     present::Present,
     question::{Question, Sent},
     refusal::Refusal,
@@ -20,8 +22,6 @@ use crate::{
 
 /// Hours for which P(failure within) is told unless asked otherwise.
 const WITHIN_FH: [f64; 5] = [100.0, 250.0, 500.0, 1000.0, 2000.0];
-/// Dates further away are not told.
-const MAX_DAYS: f64 = 36_525.0;
 
 /// What is asked about a remaining life.
 #[derive(Debug, Clone, Default)]
@@ -173,11 +173,6 @@ pub fn dates(present: &Present, quantiles: [Option<f64>; 3], schedule: &Schedule
         utilisation_fh_per_day,
         utilisation_source: schedule.source(),
     })
-}
-
-/// The time at which flight hours are flown; `None` for one that is too far away to be told.
-pub fn time_after(schedule: &Schedule, hours: f64) -> Option<Timestamp> {
-    schedule.time_after(hours).filter(|time| time.hours_since(schedule.begin()) <= 24.0 * MAX_DAYS)
 }
 
 /// The component that is installed at a position.

@@ -150,12 +150,13 @@ mod tests {
     use super::*;
 
     /// Routes that are no part of the interface: pages, and the document itself.
-    const UNDOCUMENTED: [&str; 10] = [
+    const UNDOCUMENTED: [&str; 11] = [
         "get /",
         "get /docs",
         "get /docs/",
         "get /docs/{file}",
         "get /due",
+        "get /live.js",
         "get /openapi.json",
         "get /problems",
         "get /problems/{kind}",
@@ -213,6 +214,7 @@ mod tests {
             "get /docs/",
             "get /docs/{file}",
             "get /healthz",
+            "get /live.js",
             "get /metrics",
             "get /openapi.json",
             "get /problems",

@@ -7,7 +7,7 @@ use domain::{
 use proto::answer::Before;
 use store::{Installed, ListedUnit, Outlook, Unit};
 
-use crate::{answer, present::Present, question::Question};
+use crate::{dates::time_after, present::Present, question::Question};
 
 /// How a unit stands.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,7 +104,7 @@ fn judged(present: &Present, asked: &Question, unit: &Unit, flown: Flown<'_>, ru
     let end = end.unwrap_or(PeriodEnd { check: None, date: None, hours: None });
     let schedule = flown.schedule(from);
     let p10_fh = outlook.and_then(|outlook| outlook.quantile_fh(0.1));
-    let p10_at = p10_fh.and_then(|hours| answer::time_after(&schedule, hours));
+    let p10_at = p10_fh.and_then(|hours| time_after(&schedule, hours));
     let exceeds_risk = exceeds(outlook, rul, end.hours, risk);
     let urgency = present.urgency(&Known { status, p10_fh, p10_at, exceeds_risk });
     let safe = safe(present, outlook, rul, &schedule, (end.hours, exceeds_risk), risk);
@@ -159,7 +159,7 @@ fn safe(
     };
     let within = hours.filter(|_| exceeds_risk == Some(true));
     let remaining_fh = [quantile, within].into_iter().flatten().reduce(f64::min)?;
-    let date = answer::time_after(schedule, remaining_fh).map(|time| present.zone().day_of(time));
+    let date = time_after(schedule, remaining_fh).map(|time| present.zone().day_of(time));
     Some(Safe { remaining_fh, date })
 }
 

@@ -19,6 +19,7 @@ mod connections;
 mod cors;
 mod csv;
 mod cursor;
+mod dates;
 mod document;
 mod due;
 mod encoding;

@@ -1,17 +1,18 @@
-//! Pages for people: the fleet, worst first, and one component (plain HTML and SVG made here), and the
+//! Pages for people: the fleet board, and one component (plain HTML and SVG made here), and the
 //! interface's description.
 
 mod agreement;
+mod board;
 mod chart;
 mod component;
 mod course;
 mod docs;
 mod due;
 mod earlier;
-mod fleet;
 mod problems;
 mod reasons;
 mod record;
+mod rung;
 mod scoreboard;
 mod what_if;
 mod words;
@@ -30,22 +31,28 @@ use domain::Permission;
 
 use crate::{auth::Guarded, refusal::Refusal};
 
-/// Nothing is loaded from anywhere; the style comes with the page.
-const POLICY: &str =
-    "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'";
+/// Nothing is loaded from anywhere else; the style comes with the page, and a script that asks for the page again.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'self'; connect-src 'self'; \
+    base-uri 'none'; form-action 'self'; frame-ancestors 'none'";
 
 /// Adds the pages.
 pub fn add(routes: Guarded) -> Guarded {
     routes
-        .page(Permission::Read, "/", get(fleet::get))
+        .page(Permission::Read, "/", get(board::get))
         .page(Permission::Read, "/tails/{tail}/positions/{position}", get(component::get))
         .page(Permission::Read, "/due", get(due::get))
         .page(Permission::Read, "/scoreboard", get(scoreboard::get))
         .public_page("/problems", get(problems::list))
         .public_page("/problems/{kind}", get(problems::get))
+        .public_page("/live.js", get(script))
         .public_page("/docs", get(docs::enter))
         .public_page("/docs/", get(docs::index))
         .public_page("/docs/{file}", get(docs::get))
+}
+
+/// `GET /live.js`
+async fn script() -> impl IntoResponse {
+    ([(CONTENT_TYPE, "text/javascript; charset=utf-8")], include_str!("../templates/live.js"))
 }
 
 fn html(page: &impl Template) -> Result<Response, Refusal> {

@@ -64,7 +64,7 @@ pub use sensor_configuration::{Addition, TailConfiguration};
 pub use settings::OperatorSettings;
 pub use store::Store;
 pub use token::{Revocation, TokenRecord, TokenRefusal, TokenStatus};
-pub use unit::{Brief, ListedUnit, Outlook, TailInShort, Unit, UnitsAsked, WorstUnits};
+pub use unit::{Brief, ListedUnit, Outlook, TailInShort, Unit, UnitsAsked};
 pub use upload::{Receipt, Released, Retrial, UploadRecord, UploadState, Voiding};
 pub use verification::{DamagedRow, Verification};
 pub use version::{Scope, Version};

@@ -179,19 +179,6 @@ pub struct UnitsAsked<'a> {
     pub limit: Option<u32>,
 }
 
-/// The components of an operator that need attention most, the worst first.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WorstUnits {
-    /// The components.
-    pub units: Vec<ListedUnit>,
-    /// The number of all components that have a place, or lost it.
-    pub components: u64,
-    /// The number of all tails.
-    pub tails: u64,
-    /// Uploads that wait to be processed.
-    pub pending_uploads: u64,
-}
-
 /// A tail with what is installed on it, in short.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TailInShort {

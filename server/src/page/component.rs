@@ -14,8 +14,9 @@ use super::{
     html,
     reasons::{Reasons, Warning},
     record::Record,
+    rung::{self, Rung},
     what_if::{Typed, WhatIfForm},
-    words::{Badge, day, grouped, hours, percent},
+    words::{day, grouped, hours, percent},
 };
 use crate::{
     answer::{self, RulQuestion},
@@ -31,7 +32,9 @@ use crate::{
 #[template(path = "component.html")]
 struct ComponentPage {
     body: RulAnswer,
-    badge: Badge,
+    rung: Rung,
+    /// Why its data are not to be relied on.
+    data: Option<String>,
     /// Where the flight hours per day come from.
     flown_by: &'static str,
     as_of: String,
@@ -106,10 +109,12 @@ pub async fn get(
     if shown != installed.overhaul_index {
         return html(&EarlierPage::new(installed, course, record));
     }
-    let body = answer::rul(&state.present(caller.operator()).await?, &installed, &RulQuestion::default());
+    let present = state.present(caller.operator()).await?;
+    let body = answer::rul(&present, &installed, &RulQuestion::default());
     let what_if = WhatIfForm::of(&shared, caller.operator(), &place, wanted.typed()).await?;
     html(&ComponentPage {
-        badge: Badge::of(&body),
+        rung: Rung::new(body.urgency, &rung::until(&body.before, present.today())),
+        data: rung::data(body.status, body.data_age_days),
         flown_by: flown_by(&body),
         as_of: as_of(&body),
         since: day(installed.since),

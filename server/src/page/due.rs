@@ -6,13 +6,14 @@ use axum::{
     http::{StatusCode, Uri},
     response::{IntoResponse, Response},
 };
-use domain::{Timestamp, UtilisationSource, check::NEXT};
+use domain::{Day, Timestamp, UtilisationSource, check::NEXT};
 use proto::answer::{DueAnswer, DueItem, LatestSafe};
 use serde::{Deserialize, Deserializer};
 
 use super::{
     html,
-    words::{Badge, day, grouped},
+    rung::{self, Rung},
+    words::{day, grouped},
 };
 use crate::{
     auth::Caller,
@@ -52,7 +53,11 @@ struct DuePage {
 }
 
 struct Row {
-    badge: Badge,
+    rung: Rung,
+    /// Why its data are not to be relied on.
+    data: Option<String>,
+    /// By which day it was due, by data that are not to be relied on.
+    was_due_by: Option<String>,
     /// `None` while nobody knows where it is.
     place: Option<(String, String)>,
     part_number: String,
@@ -120,9 +125,9 @@ pub async fn get(
     asked: Result<Query<DueQuery>, Refusal>,
 ) -> Result<Response, Refusal> {
     let present = shared.state.present(caller.operator()).await?;
-    let now = present.now();
+    let (now, today) = (present.now(), present.today());
     let refused = |typed: Typed, refusal: &Refusal| {
-        let page = html(&DuePage::refused(now, present.settings().risk, typed, refusal.to_string()))?;
+        let page = html(&DuePage::refused(now, today, present.settings().risk, typed, refusal.to_string()))?;
         Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
     };
     let query = match asked {
@@ -136,12 +141,12 @@ pub async fn get(
     };
     let body = DueList::read(&shared.state, &present, caller.operator(), question).await?.page(None, MAX_ROWS);
     let query = uri.query().filter(|query| !query.is_empty()).map(|query| format!("&{query}")).unwrap_or_default();
-    html(&DuePage::new(now, typed, body, format!("/v1/fleet/due?format=csv{query}")))
+    html(&DuePage::new(now, today, typed, body, format!("/v1/fleet/due?format=csv{query}")))
 }
 
 impl DuePage {
-    fn new(now: Timestamp, typed: Typed, body: DueAnswer, csv: String) -> Self {
-        let rows = |items: Vec<DueItem>| items.into_iter().map(Row::new).collect();
+    fn new(now: Timestamp, today: Day, typed: Typed, body: DueAnswer, csv: String) -> Self {
+        let rows = |items: Vec<DueItem>| items.into_iter().map(|item| Row::new(item, today)).collect();
         Self {
             now,
             typed,
@@ -160,13 +165,13 @@ impl DuePage {
         }
     }
 
-    fn refused(now: Timestamp, risk: f64, typed: Typed, why: String) -> Self {
+    fn refused(now: Timestamp, today: Day, risk: f64, typed: Typed, why: String) -> Self {
         let totals = proto::answer::DueTotals::default();
         let (items, unknown) = (Vec::new(), Vec::new());
         let advisory = domain::ADVISORY.to_owned();
         let (within_fh, by, check) = (None, None, None);
         let body = DueAnswer { within_fh, by, check, risk, totals, items, unknown, next_cursor: None, advisory };
-        Self { refused: Some(why), ..Self::new(now, typed, body, String::new()) }
+        Self { refused: Some(why), ..Self::new(now, today, typed, body, String::new()) }
     }
 }
 
@@ -196,7 +201,7 @@ fn risk_words(risk: f64) -> String {
 }
 
 impl Row {
-    fn new(item: DueItem) -> Self {
+    fn new(item: DueItem, today: Day) -> Self {
         let safe = item.latest_safe.as_ref();
         let none = || "none".to_owned();
         let hours = |hours: f64| format!("{} fh", grouped(hours));
@@ -205,9 +210,11 @@ impl Row {
         let doubts = item.doubts.iter().flatten().map(|doubt| &doubt.detail).filter(|detail| !told(detail));
         let notes = item.reason.iter().chain(doubts).cloned().collect();
         Self {
-            badge: Badge::due(item.status, item.doubts.as_deref()),
+            rung: Rung::new(item.urgency, &rung::until(&item.before, today)),
+            data: rung::data(item.status, item.data_age_days),
+            was_due_by: item.was_due_by.map(|day| rung::short(day, today)),
             p: match item.p.zip(item.standard_error) {
-                Some((p, error)) => format!("{:.1} % \u{b1} {:.1}", 100.0 * p, 100.0 * error),
+                Some((p, error)) => format!("{} \u{b1} {:.1}", rung::percent(p), 100.0 * error),
                 None => none(),
             },
             safe_hours: safe.map_or_else(none, |safe| hours(safe.flight_hours)),

@@ -1,61 +1,6 @@
-//! Statuses and numbers as people read them.
+//! Numbers and times as people read them.
 
-use domain::{Doubt, DoubtKind, Status, Timestamp};
-use proto::answer::RulAnswer;
-
-/// Below this 10 % quantile of remaining life a forecast asks for attention, flight hours.
-pub const ATTENTION_FH: f64 = 500.0;
-
-/// A status in words, with an icon and a class of the style sheet. Unknown is never green.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Badge {
-    /// Place in a list that begins with what needs attention most.
-    pub rank: u8,
-    /// The class.
-    pub class: &'static str,
-    /// The icon.
-    pub icon: &'static str,
-    /// The words.
-    pub words: &'static str,
-}
-
-impl Badge {
-    /// The badge of a prognosis.
-    pub fn of(body: &RulAnswer) -> Self {
-        let doubts = body.doubts.iter().flatten().map(|doubt| doubt.kind);
-        Self::of_quantile(body.status, body.rul_fh.as_ref().and_then(|rul| rul.p10), doubts)
-    }
-
-    /// The badge of a prognosis of which the 10 % quantile is known.
-    pub fn of_quantile(status: Status, p10_fh: Option<f64>, doubts: impl Iterator<Item = DoubtKind>) -> Self {
-        let near = p10_fh.is_some_and(|p10| p10 < ATTENTION_FH);
-        Self::new(status, doubts, near, "end of life near")
-    }
-
-    /// The badge of a component on the due list: what is known of it asks for attention.
-    pub fn due(status: Status, doubts: Option<&[Doubt]>) -> Self {
-        Self::new(status, doubts.into_iter().flatten().map(|doubt| doubt.kind), true, "due")
-    }
-
-    fn new(status: Status, doubts: impl Iterator<Item = DoubtKind>, near: bool, near_words: &'static str) -> Self {
-        let doubts: Vec<DoubtKind> = doubts.collect();
-        let has = |kind: DoubtKind| doubts.contains(&kind);
-        let (rank, class, icon, words) = match status {
-            Status::Failed => (0, "failed", "✖", "failed"),
-            Status::Current | Status::BeyondHorizon if near => (1, "soon", "▲", near_words),
-            Status::InsufficientHistory => (2, "unknown", "?", "unknown: not enough history"),
-            Status::Stale => (2, "unknown", "?", "unknown: data is stale"),
-            Status::Inconsistent if has(DoubtKind::Hours) => (2, "unknown", "?", "unknown: hours contradict"),
-            Status::Inconsistent if has(DoubtKind::Inconsistent) => {
-                (2, "unknown", "?", "unknown: data contradicts the model")
-            }
-            Status::Inconsistent => (2, "unknown", "?", "unknown: little data since a gap"),
-            Status::Current => (3, "good", "✔", "current"),
-            Status::BeyondHorizon => (3, "good", "✔", "beyond the horizon"),
-        };
-        Self { rank, class, icon, words }
-    }
-}
+use domain::Timestamp;
 
 /// Flight hours, or what a missing quantile means.
 pub fn hours(horizon_fh: Option<f64>, quantile: Option<f64>) -> String {

@@ -104,7 +104,7 @@ async fn a_component_that_was_found_failed_has_failed() {
     assert_eq!((&item["status"], &item["reason"]), (&json!("failed"), &json!("found failed at 230 fh")));
     assert_eq!((&item["p"], &item["latest_safe"]), (&Value::Null, &Value::Null), "the forecast is moot");
     let html = house.get("/tails/EC-MXA/positions/AIL-L").await.text().await.unwrap();
-    assert!(html.contains("badge failed") && html.contains("Found failed on the ground at 230 flight hours"));
+    assert!(html.contains("badge rung failed") && html.contains("Found failed on the ground at 230 flight hours"));
     assert!(!html.contains("<b>"), "what mechanics write is escaped");
 }
 

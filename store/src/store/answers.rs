@@ -1,14 +1,14 @@
 //! Answers: uploads, events, components, places and histories.
 
 use domain::{
-    Component, Estimate, EventId, OperatorId, PartNumber, Position, SerialNumber, State, TailNumber, Timestamp,
-    UploadId, UploadStateKind,
+    Component, Estimate, EventId, OperatorId, PartNumber, Position, SerialNumber, State, TailNumber, UploadId,
+    UploadStateKind,
 };
 
 use super::{Backend, Store, backend};
 use crate::{
     ComponentRecord, EventRecord, HistoryOf, Installation, Installed, InstalledTail, IssuedLife, LifeCursor,
-    ListedUnit, Scope, StoreError, TailInShort, UnitsAsked, UploadRecord, Version, WorstUnits,
+    ListedUnit, Scope, StoreError, TailInShort, UnitsAsked, UploadRecord, Version,
 };
 
 impl Store {
@@ -144,18 +144,6 @@ impl Store {
         components: &[(PartNumber, SerialNumber)],
     ) -> Result<Vec<Installed>, StoreError> {
         backend!(self, installed_units(operator, components))
-    }
-
-    /// The components of an operator, the worst first: failed ones, those whose 10 % quantile of remaining life is shorter
-    /// than `near_fh`, unknown ones and those whose newest data are older than a time, all others; each by its quantiles.
-    pub async fn worst_units(
-        &self,
-        operator: &OperatorId,
-        stale_before: Timestamp,
-        near_fh: f64,
-        limit: u32,
-    ) -> Result<WorstUnits, StoreError> {
-        backend!(self, worst_units(operator, stale_before, near_fh, limit))
     }
 
     /// Estimates that count in a life of a component (the newest one unless it is named) with `from_fh <= flight_hours

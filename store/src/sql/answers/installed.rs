@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use domain::{Checks, OperatorId, PartNumber, Plan, Position, Prognosis, SerialNumber, TailNumber, Timestamp};
+use domain::{Checks, OperatorId, PartNumber, Plan, Position, Prognosis, SerialNumber, TailNumber};
 
 use super::super::{
     Connection, Engine,
@@ -18,7 +18,7 @@ use super::super::{
     places::tails,
     results::prognoses::PrognosisRow,
 };
-use crate::{Installed, InstalledTail, ListedUnit, StoreError, TailInShort, Unit, WorstUnits};
+use crate::{Installed, InstalledTail, ListedUnit, StoreError, TailInShort, Unit};
 
 /// Behind every tail.
 pub(super) const LAST: &str = "\u{10ffff}";
@@ -127,46 +127,6 @@ impl Engine {
         }
         let flown = flown(&mut transaction, operator, "", LAST).await?;
         rows.into_iter().map(|row| row.installed(&flown)).collect()
-    }
-
-    pub(crate) async fn worst_units(
-        &self,
-        operator: &OperatorId,
-        stale_before: Timestamp,
-        near_fh: f64,
-        limit: u32,
-    ) -> Result<WorstUnits, StoreError> {
-        let mut transaction = self.read(operator).await?;
-        let (components, tails, pending): (i64, i64, i64) = sqlx::query_as(
-            "select (select count(*) from board_units where operator = $1),
-                    (select count(*) from tails where operator = $1),
-                    (select count(*) from inbox where operator = $1)",
-        )
-        .bind(operator.as_str())
-        .fetch_one(&mut *transaction)
-        .await?;
-        let query = sqlx::query_as(concat!(
-            "select ",
-            unit_columns!(),
-            "from board_units u where u.operator = $1
-             order by case when u.standing = 'failed' then 0
-                           when u.standing in ('insufficient_history', 'inconsistent') or u.as_of_at < $2 then 2
-                           when u.p10_fh < $3 then 1
-                           else 3 end,
-                      coalesce(u.p10_fh, 1e300), coalesce(u.p50_fh, 1e300), u.tail, u.position, u.part_number,
-                      u.serial_number
-             limit $4"
-        ));
-        let query = query.bind(operator.as_str()).bind(stale_before.micros()).bind(near_fh).bind(i64::from(limit));
-        let rows: Vec<UnitRow> = query.fetch_all(&mut *transaction).await?;
-        let flown = flown(&mut transaction, operator, "", LAST).await?;
-        let listed = rows.into_iter().map(|row| Ok(listed(row.unit()?, &flown)));
-        Ok(WorstUnits {
-            units: listed.collect::<Result<_, StoreError>>()?,
-            components: count("board_units", components)?,
-            tails: count("tails", tails)?,
-            pending_uploads: count("inbox", pending)?,
-        })
     }
 
     async fn installed_where(
