@@ -90,6 +90,19 @@ impl Service {
         read(&url, answered(&url, self.http.post(url.clone()).json(body)).await?).await
     }
 
+    /// The answer to a body that takes the place of what was there.
+    pub async fn put<T: DeserializeOwned>(&self, question: &Question, body: &impl Serialize) -> Result<T> {
+        let url = self.url(question);
+        read(&url, answered(&url, self.http.put(url.clone()).json(body)).await?).await
+    }
+
+    /// The answer to a table that takes the place of what was there.
+    pub async fn put_csv<T: DeserializeOwned>(&self, question: &Question, table: Vec<u8>) -> Result<T> {
+        let url = self.url(question);
+        let request = self.http.put(url.clone()).header(CONTENT_TYPE, "text/csv").body(table);
+        read(&url, answered(&url, request).await?).await
+    }
+
     /// The answer as CSV.
     pub async fn csv(&self, question: &Question) -> Result<String> {
         let url = self.url(&question.clone().with("format", Some("csv")));

@@ -5,6 +5,7 @@ mod until;
 
 pub mod backtest;
 pub mod backup;
+pub mod checks;
 pub mod completions;
 pub mod component;
 pub mod demo;
@@ -20,6 +21,7 @@ pub mod rebuild;
 pub mod restore;
 pub mod rul;
 pub mod serve;
+pub mod settings;
 pub mod simulate;
 pub mod token;
 pub mod train;

@@ -36,8 +36,8 @@ use std::process::ExitCode;
 use clap::{FromArgMatches, Parser, Subcommand};
 
 use crate::command::{
-    backtest, backup, completions, component, demo, diagnose, due, fleet, frame, healthcheck, loads, migrate, model,
-    rebuild, restore, rul, serve, simulate, token, train, verify, watch, what_if, worker,
+    backtest, backup, checks, completions, component, demo, diagnose, due, fleet, frame, healthcheck, loads, migrate,
+    model, rebuild, restore, rul, serve, settings, simulate, token, train, verify, watch, what_if, worker,
 };
 
 /// Predicts the remaining life of aircraft electromechanical actuators.
@@ -52,6 +52,7 @@ struct Cli {
 enum Command {
     Backtest(backtest::Arguments),
     Backup(backup::Arguments),
+    Checks(checks::Arguments),
     Completions(completions::Arguments),
     Component(component::Arguments),
     Demo(demo::Arguments),
@@ -68,6 +69,7 @@ enum Command {
     Rebuild(rebuild::Arguments),
     Restore(restore::Arguments),
     Rul(rul::Arguments),
+    Settings(settings::Arguments),
     Simulate(simulate::Arguments),
     Token(token::Arguments),
     Verify(verify::Arguments),
@@ -91,6 +93,7 @@ fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Backtest(arguments) => backtest::run(arguments),
         Command::Backup(arguments) => backup::run(&arguments),
+        Command::Checks(arguments) => checks::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, program),
         Command::Demo(arguments) => demo::run(arguments),
         Command::Serve(arguments) => serve::run(arguments),
@@ -109,6 +112,7 @@ fn main() -> ExitCode {
         Command::Model(arguments) => model::run(&arguments),
         Command::Rebuild(arguments) => rebuild::run(&arguments),
         Command::Restore(arguments) => restore::run(&arguments),
+        Command::Settings(arguments) => settings::run(&arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Token(arguments) => token::run(arguments),
         Command::Verify(arguments) => verify::run(&arguments),

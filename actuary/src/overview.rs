@@ -6,7 +6,7 @@ use crate::terminal::{self, wrapped};
 
 /// Groups of commands, in the order in which a newcomer meets them. A test holds them against the commands that there are.
 const GROUPS: [(&str, &[&str]); 8] = [
-    ("Ask a running service", &["fleet", "due", "rul", "component", "what-if", "watch"]),
+    ("Ask a running service", &["fleet", "due", "rul", "component", "what-if", "watch", "checks", "settings"]),
     ("Run it", &["demo", "serve", "worker", "migrate", "healthcheck"]),
     ("Keep its database", &["backup", "restore", "verify", "rebuild"]),
     ("Give out keys", &["token", "frame"]),

@@ -1,11 +1,13 @@
 //! The fleet in the terminal: one line per component, worst first.
 
 pub mod board;
+mod checks;
 mod columns;
 mod component;
 mod due;
 mod frames;
 mod rul;
+mod settings;
 mod tokens;
 pub mod units;
 mod what_if;
@@ -15,10 +17,12 @@ use std::fmt::Write as _;
 use domain::{Status, Timestamp};
 use proto::answer::RulAnswer;
 
+pub use checks::{checks, import};
 pub use component::component;
 pub use due::due;
 pub use frames::{frame, frame_keys, subject};
 pub use rul::rul;
+pub use settings::settings;
 pub use tokens::tokens;
 pub use what_if::what_if;
 

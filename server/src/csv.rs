@@ -1,5 +1,12 @@
 //! Tables as RFC 4180 wants them, in which nothing is a formula.
 
+mod reader;
+
+pub use reader::{Record, records};
+
+/// Characters with which spreadsheets begin a formula.
+const FORMULA: [char; 11] = ['=', '+', '-', '@', '\t', '\r', '\n', '\u{ff1d}', '\u{ff0b}', '\u{ff0d}', '\u{ff20}'];
+
 /// One record with its end of line.
 pub fn line(fields: impl IntoIterator<Item = String>) -> String {
     let fields: Vec<String> = fields.into_iter().map(plain).map(quoted).collect();
@@ -8,9 +15,7 @@ pub fn line(fields: impl IntoIterator<Item = String>) -> String {
 
 /// A field that no spreadsheet takes for a formula: an apostrophe stands before a text that begins like one.
 fn plain(field: String) -> String {
-    let begins_one =
-        field.starts_with(['=', '+', '-', '@', '\t', '\r', '\n', '\u{ff1d}', '\u{ff0b}', '\u{ff0d}', '\u{ff20}']);
-    if begins_one && field.parse::<f64>().is_err() { format!("'{field}") } else { field }
+    if field.starts_with(FORMULA) && field.parse::<f64>().is_err() { format!("'{field}") } else { field }
 }
 
 /// A field, in quotes where it holds what would end it.

@@ -4,6 +4,8 @@
 pub const MAX_UPLOAD_BYTES: usize = 256 << 10;
 /// Largest body of many lines.
 pub const MAX_BODY_BYTES: usize = 16 << 20;
+/// Largest table that is sent.
+pub const MAX_TABLE_BYTES: usize = 2 << 20;
 /// Items of a page unless told otherwise.
 pub const DEFAULT_LIMIT: u32 = 50;
 /// Most items of a page.

@@ -12,7 +12,7 @@ use utoipa::{
 };
 
 use crate::{
-    limits::MAX_UPLOAD_BYTES,
+    limits::{MAX_TABLE_BYTES, MAX_UPLOAD_BYTES},
     refusal::{Refusal, Unauthenticated},
 };
 
@@ -32,12 +32,20 @@ pub struct Dating;
 pub struct Reporting;
 /// The problems of a route that takes a plan.
 pub struct Planning;
+/// The problems of a route that takes the checks of a tail.
+pub struct Scheduling;
+/// The problems of a route that takes the checks of many tails.
+pub struct Importing;
+/// The problems of a route that takes settings.
+pub struct Setting;
 /// The problems of a route that is asked what would be.
 pub struct Asking;
 /// The problems of a route that changes what became of something.
 pub struct Action;
 /// The problems of a route that changes what became of many things.
 pub struct Retrying;
+/// The problems of a route that tells what is always there.
+pub struct Telling;
 /// The problems of a route that needs the database and nothing else.
 pub struct Probing;
 
@@ -132,6 +140,48 @@ impl IntoResponses for Planning {
     }
 }
 
+impl IntoResponses for Scheduling {
+    fn responses() -> Responses {
+        documented([
+            malformed("#/0/date"),
+            not_found(),
+            Refusal::Interrupted,
+            too_large(),
+            other_type(),
+            Refusal::Invalid(Invalid::one("#/0/date", "2026-02-01 is past: today is 2026-03-01")),
+            unavailable(),
+            Refusal::Internal,
+        ])
+    }
+}
+
+impl IntoResponses for Importing {
+    fn responses() -> Responses {
+        documented([
+            Refusal::Interrupted,
+            Refusal::TooLarge { limit_bytes: MAX_TABLE_BYTES },
+            Refusal::UnsupportedMediaType { given: "application/json".to_owned(), wanted: "text/csv" },
+            Refusal::Invalid(Invalid::one("#/3/tail", "row 3, column tail: tail EC-MXZ is not known")),
+            unavailable(),
+            Refusal::Internal,
+        ])
+    }
+}
+
+impl IntoResponses for Setting {
+    fn responses() -> Responses {
+        documented([
+            malformed("#/risk"),
+            Refusal::Interrupted,
+            too_large(),
+            other_type(),
+            Refusal::Invalid(Invalid::one("#/risk", "1 is not a probability above 0 and below 1")),
+            unavailable(),
+            Refusal::Internal,
+        ])
+    }
+}
+
 impl IntoResponses for Asking {
     fn responses() -> Responses {
         documented([
@@ -173,6 +223,12 @@ impl IntoResponses for Retrying {
             unavailable(),
             Refusal::Internal,
         ])
+    }
+}
+
+impl IntoResponses for Telling {
+    fn responses() -> Responses {
+        documented([unavailable(), Refusal::Internal])
     }
 }
 

@@ -1,6 +1,7 @@
 //! REST: routes under `/v1`, probes, and their OpenAPI document.
 
 mod body;
+mod checks;
 mod components;
 mod due;
 mod fleet;
@@ -11,6 +12,7 @@ mod plan;
 mod probes;
 mod scoreboard;
 mod sensor_configurations;
+mod settings;
 mod tails;
 mod upload_status;
 mod uploads;
@@ -61,6 +63,12 @@ pub fn router() -> Guarded {
         .guarded(Configure, routes!(sensor_configurations::post))
         .guarded(Read, routes!(plan::get))
         .guarded(Plan, routes!(plan::put))
+        .guarded(Read, routes!(checks::get))
+        .guarded(Plan, routes!(checks::put))
+        .guarded(Read, routes!(checks::list))
+        .guarded(Plan, routes!(checks::import))
+        .guarded(Read, routes!(settings::get))
+        .guarded(Plan, routes!(settings::put))
         .guarded(Read, routes!(what_if::post))
         .guarded(Read, routes!(components::get))
         .guarded(Read, routes!(health::of_component))

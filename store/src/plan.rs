@@ -15,8 +15,8 @@ pub struct TailPlan {
     pub plan: Plan,
 }
 
-/// What is planned for the tail that a component is on.
-#[derive(Debug, Clone, PartialEq)]
+/// How a tail flies: what is planned for it, and what was learned.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Planned {
     /// The plan in force.
     pub plan: Plan,

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use domain::{Component, Invalid, OperatorId, Position, TailNumber};
 use proto::{
-    grpc::{from_plan, into_assumption, into_plan},
+    grpc::{from_plan, into_assumption, into_checks, into_plan, into_settings},
     v1::{self, fleet_health_server::FleetHealth},
 };
 use tonic::{Request, Response, Status};
@@ -13,6 +13,7 @@ use super::Service;
 use crate::{
     answer::{self, RulQuestion},
     auth::Caller,
+    checks::{self, Calendar},
     due::{self, DueList},
     fleet::{self, Choice, FleetQuestion, Order, Rank},
     history::{History, Range, View, history},
@@ -21,6 +22,7 @@ use crate::{
     query::{grpc_hours, grpc_limit, grpc_within},
     question,
     refusal::Refusal,
+    settings,
     state::State,
     what_if,
 };
@@ -118,6 +120,39 @@ impl FleetHealth for Service {
         let (tail, plan) = into_plan(request.into_inner(), now).map_err(Refusal::from)?;
         let (set, plan) = plan::set(&self.0.state, caller.operator(), &tail, &plan, caller.at(now)).await?;
         Ok(Response::new(from_plan(&tail, set, &plan)))
+    }
+
+    async fn get_checks(&self, request: Request<v1::GetChecksRequest>) -> Result<Response<v1::TailChecks>, Status> {
+        let caller = Caller::from_request(&request)?;
+        let tail = tail(&request.into_inner().tail)?;
+        Ok(Response::new(checks::get(&self.0.state, caller.operator(), &tail).await?.into()))
+    }
+
+    async fn set_checks(&self, request: Request<v1::SetChecksRequest>) -> Result<Response<v1::TailChecks>, Status> {
+        let caller = Caller::from_request(&request)?;
+        let (state, operator) = (&self.0.state, caller.operator());
+        let calendar = Calendar::of(state, operator).await?;
+        let (tail, set) = into_checks(request.into_inner(), calendar.today).map_err(Refusal::from)?;
+        let act = caller.at((state.clock)());
+        Ok(Response::new(checks::set(state, operator, &tail, set, (&calendar, act)).await?.into()))
+    }
+
+    async fn get_settings(
+        &self,
+        request: Request<v1::GetSettingsRequest>,
+    ) -> Result<Response<v1::OperatorSettings>, Status> {
+        let caller = Caller::from_request(&request)?;
+        Ok(Response::new(settings::get(&self.0.state, caller.operator()).await?.into()))
+    }
+
+    async fn set_settings(
+        &self,
+        request: Request<v1::SetSettingsRequest>,
+    ) -> Result<Response<v1::OperatorSettings>, Status> {
+        let caller = Caller::from_request(&request)?;
+        let wanted = into_settings(request.into_inner()).map_err(Refusal::from)?;
+        let act = caller.at((self.0.state.clock)());
+        Ok(Response::new(settings::set(&self.0.state, caller.operator(), &wanted, act).await?.into()))
     }
 
     async fn what_if(&self, request: Request<v1::WhatIfRequest>) -> Result<Response<v1::WhatIfResponse>, Status> {

@@ -12,6 +12,8 @@ use crate::{intake::Intake, limits::MAX_UPLOAD_BYTES, refusal::Refusal, state::S
 pub const JSON: &str = "application/json";
 /// Many JSON documents, one per line.
 pub const NDJSON: &str = "application/x-ndjson";
+/// A table.
+pub const CSV: &str = "text/csv";
 /// The frames of one upload.
 pub const FRAME: &str = proto::frame::MEDIA_TYPE;
 
@@ -31,15 +33,25 @@ pub fn media_type(headers: &HeaderMap, known: &[&'static str], wanted: &'static 
 
 /// The bytes of a body of at most [`MAX_UPLOAD_BYTES`].
 pub async fn read(shared: &Shared, headers: &HeaderMap, body: Body) -> Result<Bytes, Refusal> {
-    let too_large = || Refusal::TooLarge { limit_bytes: MAX_UPLOAD_BYTES };
+    read_up_to(shared, headers, body, MAX_UPLOAD_BYTES).await
+}
+
+/// The bytes of a body of at most so many.
+pub async fn read_up_to(
+    shared: &Shared,
+    headers: &HeaderMap,
+    body: Body,
+    limit_bytes: usize,
+) -> Result<Bytes, Refusal> {
+    let too_large = || Refusal::TooLarge { limit_bytes };
     let announced = headers.get(CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
-    if announced.is_some_and(|length| length > MAX_UPLOAD_BYTES as u64) {
+    if announced.is_some_and(|length| length > limit_bytes as u64) {
         return Err(too_large());
     }
     let mut intake = Intake::new(body, &shared.budget);
     let mut whole = BytesMut::new();
     while let Some(part) = intake.next().await? {
-        if whole.len() + part.len() > MAX_UPLOAD_BYTES {
+        if whole.len() + part.len() > limit_bytes {
             return Err(too_large());
         }
         whole.extend_from_slice(&part);

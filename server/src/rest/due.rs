@@ -115,7 +115,7 @@ pub enum Format {
     Csv,
 }
 
-fn format<'de, D: Deserializer<'de>>(given: D) -> Result<Option<Format>, D::Error> {
+pub(super) fn format<'de, D: Deserializer<'de>>(given: D) -> Result<Option<Format>, D::Error> {
     query::optional(given, "json or csv", |text| match text {
         "json" => Some(Format::Json),
         "csv" => Some(Format::Csv),
@@ -195,7 +195,7 @@ pub async fn get(
 }
 
 /// Tells whether a caller names `text/csv` and does not like `application/json` more.
-fn prefers_csv(headers: &HeaderMap) -> bool {
+pub(super) fn prefers_csv(headers: &HeaderMap) -> bool {
     let accepted = || headers.get_all(ACCEPT).iter().filter_map(|value| value.to_str().ok()).flat_map(|v| v.split(','));
     let quality = |wanted: &str| {
         let mut ranges = accepted().map(|range| range.split(';').map(str::trim));

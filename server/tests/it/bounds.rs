@@ -69,7 +69,7 @@ async fn refuses(answer: Response, key: &str, name: &str) -> bool {
 }
 
 /// A good body of each request that takes one, with all that has bounds.
-fn bodies(house: &House) -> [(Method, &'static str, Value); 5] {
+fn bodies(house: &House) -> [(Method, &'static str, Value); 7] {
     let mut upload = house.body("bounds", 10.0);
     upload["flight_cycles"] = json!(7);
     upload["air_data"] = json!({"dynamic_pressure_pa": 5000, "airspeed_m_s": 90, "angle_of_attack_rad": 0.05,
@@ -83,12 +83,17 @@ fn bodies(house: &House) -> [(Method, &'static str, Value); 5] {
         "temperature_c": 20, "mission": "cruise"});
     let assumption =
         json!({"utilisation_fh_per_day": 6, "load_factor": 1.2, "temperature_offset_c": 5, "within_fh": 100});
+    let function = json!({"name": "roll", "positions": ["AIL-L"], "needed": 1});
+    let settings = json!({"act_within_days": 7, "act_within_fh": 50, "risk": 0.2, "stale_after_days": 20,
+        "functions": [function]});
     [
         (Method::POST, "/v1/tails/{tail}/uploads", upload),
         (Method::POST, "/v1/tails/{tail}/positions/{position}/maintenance", event),
         (Method::POST, "/v1/tails/{tail}/sensor-configurations", configuration),
         (Method::PUT, "/v1/tails/{tail}/plan", json!({"stretches": [stretch]})),
         (Method::POST, "/v1/tails/{tail}/positions/{position}/what-if", assumption),
+        (Method::PUT, "/v1/tails/{tail}/checks", json!([{"name": "A", "remaining_fh": 50, "as_of": "2026-02-01"}])),
+        (Method::PUT, "/v1/settings", settings),
     ]
 }
 

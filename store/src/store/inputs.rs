@@ -1,6 +1,6 @@
 //! Inputs of operators: uploads, maintenance events, corrections, sensor configurations, plans, checks.
 
-use std::ops::RangeInclusive;
+use std::{collections::BTreeMap, ops::RangeInclusive};
 
 use domain::{
     Act, Checks, Component, EventId, MaintenanceEvent, OperatorId, Plan, Position, SensorConfiguration, SetAsideReason,
@@ -9,7 +9,8 @@ use domain::{
 
 use super::{Backend, Store, backend};
 use crate::{
-    Addition, EventReceipt, Receipt, Released, Retrial, StoreError, TailChecks, TailConfiguration, TailPlan, Voiding,
+    Addition, EventReceipt, Planned, Receipt, Released, Retrial, StoreError, TailChecks, TailConfiguration, TailPlan,
+    Voiding,
 };
 
 impl Store {
@@ -163,6 +164,21 @@ impl Store {
     /// The newest version of a tail's checks; `None` where none were ever set.
     pub async fn checks(&self, operator: &OperatorId, tail: &TailNumber) -> Result<Option<TailChecks>, StoreError> {
         backend!(self, checks(operator, tail))
+    }
+
+    /// How a tail flies.
+    pub async fn planned(&self, operator: &OperatorId, tail: &TailNumber) -> Result<Planned, StoreError> {
+        backend!(self, planned(operator, tail))
+    }
+
+    /// How the tails behind `after` up to `last` fly, as far as anything is known of them.
+    pub async fn fleet_planned(
+        &self,
+        operator: &OperatorId,
+        after: Option<&TailNumber>,
+        last: &TailNumber,
+    ) -> Result<BTreeMap<TailNumber, Planned>, StoreError> {
+        backend!(self, fleet_planned(operator, after, last))
     }
 
     /// A page of the tails that have checks, by tail, with the version in force.

@@ -3,6 +3,7 @@
 mod architecture;
 mod backtest;
 mod chaos;
+mod checks;
 mod circles;
 mod command_line;
 mod compose;

@@ -142,12 +142,7 @@ impl Engine {
         if rows.is_empty() {
             return Ok(Vec::new());
         }
-        let row = board::tails::find(&mut transaction, operator, tail).await?;
-        let plan = versions::newest(&mut transaction, operator, tail).await.transpose();
-        let plan = plan.map(versions::readable).transpose()?;
-        let checks = versions::newest(&mut transaction, operator, tail).await.transpose();
-        let checks = checks.map(versions::readable).transpose()?.flatten();
-        let flown = Flown::new(row.as_ref().and_then(fh_per_day), plan, checks);
+        let flown = Flown::of_tail(&mut transaction, operator, tail).await?;
         let flown = [(tail.clone(), flown)].into();
         rows.into_iter().map(|row| row.installed(&flown)).collect()
     }
@@ -247,6 +242,25 @@ impl Flown {
             plan: plan.flatten().unwrap_or_default(),
             checks: checks.unwrap_or_default(),
         }
+    }
+
+    /// Of one tail.
+    pub(super) async fn of_tail(
+        connection: &mut Connection,
+        operator: &OperatorId,
+        tail: &TailNumber,
+    ) -> Result<Self, StoreError> {
+        let row = board::tails::find(connection, operator, tail).await?;
+        let plan = versions::newest(connection, operator, tail).await.transpose();
+        let plan = plan.map(versions::readable).transpose()?;
+        let checks = versions::newest(connection, operator, tail).await.transpose();
+        let checks = checks.map(versions::readable).transpose()?.flatten();
+        Ok(Self::new(row.as_ref().and_then(fh_per_day), plan, checks))
+    }
+
+    /// What is planned, and what was learned.
+    pub(super) fn planned(self) -> crate::Planned {
+        crate::Planned { plan: self.plan, utilisation_fh_per_day: self.utilisation_fh_per_day }
     }
 }
 

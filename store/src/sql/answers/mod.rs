@@ -4,6 +4,7 @@
 
 pub(super) mod component;
 pub(super) mod finished;
+pub(super) mod flown;
 pub(super) mod installed;
 pub(super) mod units;
 pub(super) mod upload;

@@ -1,6 +1,8 @@
 //! What every endpoint promises. One that is not here fails the tests.
 
-use proto::json::{MaintenanceBody, PlanBody, RetryBody, SensorConfigurationBody, StretchBody, WhatIfBody};
+use proto::json::{
+    CheckBody, MaintenanceBody, PlanBody, RetryBody, SensorConfigurationBody, SettingsBody, StretchBody, WhatIfBody,
+};
 
 use super::{names::Owner, principal::Kind, world};
 
@@ -70,7 +72,9 @@ pub fn of_rest(method: &str, path: &str) -> Expectation {
         ("get", "/v1/tails/{tail}/sensor-configurations") => (Readers, 200),
         ("post", "/v1/tails/{tail}/sensor-configurations") => (Admins, 201),
         ("get", "/v1/tails/{tail}/plan") => (Readers, 200),
-        ("put", "/v1/tails/{tail}/plan") => (Planners, 200),
+        ("put", "/v1/tails/{tail}/plan" | "/v1/tails/{tail}/checks") => (Planners, 200),
+        ("get", "/v1/tails/{tail}/checks" | "/v1/checks" | "/v1/settings") => (Readers, 200),
+        ("put", "/v1/checks" | "/v1/settings") => (Planners, 200),
         ("post", "/v1/tails/{tail}/positions/{position}/what-if") => (Readers, 200),
         ("get", "/v1/components/{part}/{serial}" | "/v1/components/{part}/{serial}/health") => (Readers, 200),
         ("get", "/v1/models" | "/v1/models/{hash}" | "/v1/models/{hash}/mask") => (Known, 200),
@@ -94,8 +98,12 @@ pub fn of_grpc(path: &str) -> Expectation {
         | "/actuary.v1.FleetHealth/ListDue"
         | "/actuary.v1.FleetHealth/ListRul"
         | "/actuary.v1.FleetHealth/GetPlan"
+        | "/actuary.v1.FleetHealth/GetChecks"
+        | "/actuary.v1.FleetHealth/GetSettings"
         | "/actuary.v1.FleetHealth/WhatIf" => Allowed::Readers,
-        "/actuary.v1.FleetHealth/SetPlan" => Allowed::Planners,
+        "/actuary.v1.FleetHealth/SetPlan"
+        | "/actuary.v1.FleetHealth/SetChecks"
+        | "/actuary.v1.FleetHealth/SetSettings" => Allowed::Planners,
         "/actuary.v1.Models/List" | "/actuary.v1.Models/GetMask" => Allowed::Known,
         _ => panic!("{path}: nothing is expected of it yet: say here who may call it"),
     };
@@ -123,6 +131,7 @@ pub fn parameter(endpoint: &str, name: &str, of: Owner) -> String {
         ("part_number", _) => of.part(),
         ("status", _) => return "ok,failed".to_owned(),
         ("sort", _) => return "place".to_owned(),
+        ("preview", _) => return "true".to_owned(),
         ("format", _) => return "csv".to_owned(),
         ("within_fh", _) => return "300".to_owned(),
         ("risk", _) => return "0.001".to_owned(),
@@ -131,13 +140,19 @@ pub fn parameter(endpoint: &str, name: &str, of: Owner) -> String {
         ("from_fh", _) => return "0".to_owned(),
         ("to_fh", _) => return "100000".to_owned(),
         ("cursor", "/v1/uploads") => of.upload(1, 0),
-        ("cursor", "/v1/tails") => of.tail(1),
+        ("cursor", "/v1/tails" | "/v1/checks") => of.tail(1),
         ("cursor", "/v1/fleet/rul") => format!("place_0_0_0_{}_{}", of.tail(1), of.position()),
         // A cursor after an upload is made of its name, and so belongs to a component.
         ("cursor", _) => of.upload(1, 0),
         _ => panic!("{endpoint}: there is no value for the parameter {name:?} yet"),
     };
     value.replace(' ', "%20")
+}
+
+/// A check of today.
+fn check(name: &str) -> CheckBody {
+    let date = world::now().to_string()[..10].to_owned();
+    CheckBody { name: name.to_owned(), date: Some(date), ..CheckBody::default() }
 }
 
 /// The bodies of a request, each with its media type.
@@ -169,6 +184,14 @@ pub fn bodies(path: &str, media_types: &[String], of: Owner) -> Vec<(String, Vec
                 let from = world::now().to_string();
                 let stretch = StretchBody { from, utilisation_fh_per_day: Some(5.0), ..StretchBody::default() };
                 world::json(&PlanBody { stretches: vec![stretch] })
+            }
+            ("/v1/tails/{tail}/checks", "application/json") => world::json(&[check("C-check")]),
+            ("/v1/checks", "text/csv") => {
+                let date = world::now().to_string();
+                format!("tail,name,date\n{},A-check,{}\n", of.tail(1), &date[..10]).into_bytes()
+            }
+            ("/v1/settings", "application/json") => {
+                world::json(&SettingsBody { risk: Some(0.07), ..SettingsBody::default() })
             }
             ("/v1/tails/{tail}/positions/{position}/what-if", "application/json") => {
                 world::json(&WhatIfBody { utilisation_fh_per_day: Some(5.0), ..WhatIfBody::default() })

@@ -89,6 +89,10 @@ pub fn message(path: &str, of: Owner) -> Vec<u8> {
         "ListDue" => v1::ListDueRequest::default().encode_to_vec(),
         "GetPlan" => v1::GetPlanRequest { tail: of.tail(1) }.encode_to_vec(),
         "SetPlan" => v1::SetPlanRequest { tail: of.tail(1), stretches: Vec::new() }.encode_to_vec(),
+        "GetChecks" => v1::GetChecksRequest { tail: of.tail(1) }.encode_to_vec(),
+        "SetChecks" => v1::SetChecksRequest { tail: of.tail(1), checks: Vec::new() }.encode_to_vec(),
+        "GetSettings" => v1::GetSettingsRequest {}.encode_to_vec(),
+        "SetSettings" => v1::SetSettingsRequest { risk: Some(0.07), ..Default::default() }.encode_to_vec(),
         "WhatIf" => {
             v1::WhatIfRequest { tail: of.tail(1), position: of.position(), ..Default::default() }.encode_to_vec()
         }
@@ -115,7 +119,7 @@ pub fn request(path: &str, message: &[u8], principal: &Principal) -> Request<Bod
 
 /// Whether a method may change anything.
 pub fn changes(path: &str) -> bool {
-    path.starts_with("/actuary.v1.Ingest/") || path.ends_with("/SetPlan")
+    path.starts_with("/actuary.v1.Ingest/") || path.contains("/Set")
 }
 
 async fn call(world: &mut World, path: &str, message: &[u8], principal: &Principal) -> Answer {

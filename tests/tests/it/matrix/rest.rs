@@ -67,19 +67,15 @@ impl Endpoint {
             if pairs.is_empty() { path.clone() } else { format!("{path}?{}", pairs.join("&")) }
         };
         let method: Method = self.method.to_uppercase().parse().expect("a method");
-        let mut calls = Vec::new();
-        match self.media_types.as_slice() {
-            [] => calls.push(Call { method: method.clone(), path: query(&self.required), body: None }),
-            media_types => calls.extend(bodies(&self.path, media_types, of).into_iter().map(|body| Call {
-                method: method.clone(),
-                path: query(&self.required),
-                body: Some(body),
-            })),
-        }
-        if self.all.len() > self.required.len() {
-            calls.push(Call { method, path: query(&self.all), body: None });
-        }
-        calls
+        let bodies = bodies(&self.path, &self.media_types, of).into_iter().map(Some);
+        let bodies = if self.media_types.is_empty() { vec![None] } else { bodies.collect() };
+        let call = |names: &[String], body: Option<(String, Vec<u8>)>| Call {
+            method: method.clone(),
+            path: query(names),
+            body,
+        };
+        let with_all = (self.all.len() > self.required.len()).then(|| call(&self.all, bodies[0].clone()));
+        bodies.into_iter().map(|body| call(&self.required, body)).chain(with_all).collect()
     }
 
     /// Whether it may change anything: a question with a body does not.
