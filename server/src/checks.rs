@@ -18,7 +18,7 @@ pub struct Calendar {
 impl Calendar {
     /// The calendar of an operator now.
     pub async fn of(state: &State, operator: &OperatorId) -> Result<Self, Refusal> {
-        let settings = settings::in_force(state, operator).await?;
+        let settings = settings::in_force(&state.store, operator).await?;
         let today = settings.time_zone.day_of((state.clock)());
         Ok(Self { settings, today })
     }

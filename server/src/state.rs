@@ -18,6 +18,7 @@ use crate::{
     present::Present,
     prometheus::Metrics,
     scorer::Scorer,
+    settings,
     units::Units,
 };
 
@@ -54,8 +55,8 @@ pub struct State {
 impl State {
     /// The moment at which an answer to an operator begins to be made.
     pub async fn present(&self, operator: &OperatorId) -> Result<Present, StoreError> {
-        let set = self.store.settings(operator).await?;
-        Ok(Present::new((self.clock)(), set.map(|set| set.settings).unwrap_or_default(), self.stale_after))
+        let settings = settings::in_force(&self.store, operator).await?;
+        Ok(Present::new((self.clock)(), settings, self.stale_after))
     }
 }
 
