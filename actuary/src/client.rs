@@ -239,6 +239,7 @@ mod tests {
 
     #[test]
     fn a_question_keeps_its_names_whatever_they_hold_and_nothing_of_the_address_but_its_place() {
+        let _ = rustls::crypto::ring::default_provider().install_default();
         let base = "https://host/actuary/".parse().unwrap();
         let service = Service { http: Client::builder().tls_certs_only([]).build().unwrap(), base };
         let question =

@@ -6,7 +6,7 @@ use domain::{Act, Checks, Day, Flights, OperatorId, Settings, TailNumber};
 use proto::answer::{ChecksAnswer, ChecksChange, ChecksImport, Page};
 use store::{Planned, TailChecks};
 
-use crate::{limits::MAX_LIMIT, refusal::Refusal, settings, state::State};
+use crate::{limits::MAX_LIMIT, refusal::Refusal, state::State};
 
 /// How an operator's days go: its settings, and the day that it is.
 pub struct Calendar {
@@ -18,9 +18,8 @@ pub struct Calendar {
 impl Calendar {
     /// The calendar of an operator now.
     pub async fn of(state: &State, operator: &OperatorId) -> Result<Self, Refusal> {
-        let settings = settings::in_force(&state.store, operator).await?;
-        let today = settings.time_zone.day_of((state.clock)());
-        Ok(Self { settings, today })
+        let present = state.present(operator).await?;
+        Ok(Self { settings: present.settings().clone(), today: present.today() })
     }
 
     fn told(&self, state: &State, tail: &TailNumber, version: Option<&TailChecks>, flown: &Planned) -> ChecksAnswer {

@@ -6,8 +6,8 @@ use std::{
     time::Duration,
 };
 
-use domain::{Day, Known, Settings, Status, Timestamp, Urgency, Zone};
-use store::{Installed, TailInShort, Unit};
+use domain::{Day, Known, OperatorId, Settings, Status, Timestamp, Urgency, Zone};
+use store::{Installed, Store, StoreError, TailInShort, Unit};
 
 /// Microseconds of a day.
 const DAY_US: i64 = 86_400_000_000;
@@ -27,6 +27,23 @@ impl Present {
         let set = settings.stale_after_days.map(|days| (days * DAY_US as f64) as i64);
         let stale_after_us = set.unwrap_or_else(|| i64::try_from(stale_after.as_micros()).unwrap_or(i64::MAX));
         Self { now, settings, stale_after_us, until_us: AtomicI64::new(i64::MAX) }
+    }
+
+    /// A moment by the settings of an operator that are in force; where they are damaged, as if none were set.
+    pub async fn of(
+        store: &Store,
+        operator: &OperatorId,
+        now: Timestamp,
+        stale_after: Duration,
+    ) -> Result<Self, StoreError> {
+        let set = match store.settings(operator).await {
+            Err(damage @ StoreError::Corrupt { .. }) => {
+                tracing::error!(error = %damage, "answers are told by settings that nobody has made");
+                None
+            }
+            read => read?,
+        };
+        Ok(Self::new(now, set.map(|set| set.settings).unwrap_or_default(), stale_after))
     }
 
     /// A moment by settings that nobody has made, and the age from which data are stale.

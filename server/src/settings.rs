@@ -2,24 +2,13 @@
 
 use domain::{Act, OperatorId, Settings, Timestamp};
 use proto::answer::SettingsAnswer;
-use store::{OperatorSettings, Store, StoreError};
+use store::OperatorSettings;
 
 use crate::{refusal::Refusal, state::State};
 
 const DAY_S: f64 = 86_400.0;
 
-/// The settings of an operator that are in force; where they are damaged, as if none were set.
-pub async fn in_force(store: &Store, operator: &OperatorId) -> Result<Settings, StoreError> {
-    match store.settings(operator).await {
-        Err(damage @ StoreError::Corrupt { .. }) => {
-            tracing::error!(error = %damage, "answers are told by settings that nobody has made");
-            Ok(Settings::default())
-        }
-        read => Ok(read?.map(|version| version.settings).unwrap_or_default()),
-    }
-}
-
-/// The same with who set them when, as they are told.
+/// The settings of an operator that are in force, with who set them when.
 pub async fn get(state: &State, operator: &OperatorId) -> Result<SettingsAnswer, Refusal> {
     Ok(match state.store.settings(operator).await? {
         Some(version) => told(state, &version),

@@ -18,7 +18,6 @@ use crate::{
     present::Present,
     prometheus::Metrics,
     scorer::Scorer,
-    settings,
     units::Units,
 };
 
@@ -55,8 +54,7 @@ pub struct State {
 impl State {
     /// The moment at which an answer to an operator begins to be made.
     pub async fn present(&self, operator: &OperatorId) -> Result<Present, StoreError> {
-        let settings = settings::in_force(&self.store, operator).await?;
-        Ok(Present::new((self.clock)(), settings, self.stale_after))
+        Present::of(&self.store, operator, (self.clock)(), self.stale_after).await
     }
 }
 

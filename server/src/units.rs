@@ -10,7 +10,7 @@ use domain::{Status, Timestamp};
 use metrics::gauge;
 use store::{Store, StoreError, UnitsAsked};
 
-use crate::{present::Present, settings};
+use crate::present::Present;
 
 /// The time for which a count is good, microseconds.
 const GOOD_US: i64 = 60_000_000;
@@ -59,7 +59,7 @@ impl Units {
     async fn count(&self, store: &Store, now: Timestamp) -> Result<[u64; Status::ALL.len()], StoreError> {
         let mut counts = [0; Status::ALL.len()];
         for operator in store.operators().await? {
-            let present = Present::new(now, settings::in_force(store, &operator).await?, self.stale_after);
+            let present = Present::of(store, &operator, now, self.stale_after).await?;
             for listed in store.units(&operator, UnitsAsked::default(), |_| false).await? {
                 counts[present.status_of_unit(&listed.unit) as usize] += 1;
             }
