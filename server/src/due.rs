@@ -79,7 +79,18 @@ pub struct DueList {
     asked: Question,
     risk: f64,
     totals: DueTotals,
-    entries: Vec<(Place, DueItem)>,
+    entries: Vec<Entry>,
+}
+
+/// Equally likely ends of a life in ascending order, flight hours from its newest data; `None` beyond the horizon.
+pub type Ends = [Option<f64>; ENDS];
+/// Ends that are told of a unit on a page.
+pub const ENDS: usize = 20;
+
+struct Entry {
+    place: Place,
+    item: DueItem,
+    ends_fh: Option<Ends>,
 }
 
 impl DueList {
@@ -96,7 +107,7 @@ impl DueList {
         let risk = asked.risk.unwrap_or(present.settings().risk);
         let mut list = Self { asked, risk, totals, entries: Vec::new() };
         units.iter().for_each(|listed| list.add(present, listed));
-        list.entries.sort_by(|a, b| a.0.order(&b.0));
+        list.entries.sort_by(|a, b| a.place.order(&b.place));
         Ok(list)
     }
 
@@ -117,19 +128,27 @@ impl DueList {
             tail: listed.unit.tail.clone(),
             position: listed.unit.position.clone(),
         };
-        self.entries.push((place, item));
+        let level = |i: usize| (i as f64 + 0.5) / ENDS as f64;
+        let ends_fh = listed.rul.as_ref().map(|rul| std::array::from_fn(|i| rul.quantile_fh(level(i))));
+        self.entries.push(Entry { place, item, ends_fh });
     }
 
     /// One page, from the first component after `after`.
     pub fn page(self, after: Option<&Place>, limit: u32) -> DueAnswer {
+        self.page_with_ends(after, limit).0
+    }
+
+    /// The same with ends of life of each of its items.
+    pub fn page_with_ends(self, after: Option<&Place>, limit: u32) -> (DueAnswer, Vec<Option<Ends>>) {
         let mut entries = self.entries;
         if let Some(after) = after {
-            entries.retain(|(place, _)| place.order(after) == Ordering::Greater);
+            entries.retain(|entry| entry.place.order(after) == Ordering::Greater);
         }
-        let next_cursor = answer::next_cursor(&mut entries, limit, |(place, _)| place.to_cursor());
-        let (unknown, due): (Vec<_>, Vec<_>) = entries.into_iter().partition(|(place, _)| place.part == Part::Unknown);
-        let items = |entries: Vec<(Place, DueItem)>| entries.into_iter().map(|(_, item)| item).collect();
-        DueAnswer {
+        let next_cursor = answer::next_cursor(&mut entries, limit, |entry| entry.place.to_cursor());
+        let (unknown, due): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.place.part == Part::Unknown);
+        let ends = due.iter().map(|entry| entry.ends_fh).collect();
+        let items = |entries: Vec<Entry>| entries.into_iter().map(|entry| entry.item).collect();
+        let answer = DueAnswer {
             within_fh: judged::within_fh(&self.asked),
             by: match self.asked.period {
                 Period::By(day) => Some(day),
@@ -146,7 +165,8 @@ impl DueList {
             unknown: items(unknown),
             next_cursor,
             advisory: ADVISORY.to_owned(),
-        }
+        };
+        (answer, ends)
     }
 
     /// The whole list.

@@ -7,6 +7,7 @@ mod chart;
 mod component;
 mod course;
 mod docs;
+mod dots;
 mod due;
 mod earlier;
 mod problems;

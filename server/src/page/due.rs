@@ -6,18 +6,18 @@ use axum::{
     http::{StatusCode, Uri},
     response::{IntoResponse, Response},
 };
-use domain::{Day, Timestamp, UtilisationSource, check::NEXT};
+use domain::{Day, Timestamp, Urgency, UtilisationSource, check::NEXT};
 use proto::answer::{DueAnswer, DueItem, LatestSafe};
 use serde::{Deserialize, Deserializer};
 
 use super::{
-    html,
+    dots, html,
     rung::{self, Rung},
     words::{day, grouped},
 };
 use crate::{
     auth::Caller,
-    due::DueList,
+    due::{DueList, Ends},
     query::{self, Query},
     question::{self, Sent},
     refusal::Refusal,
@@ -25,7 +25,7 @@ use crate::{
 };
 
 /// Components on the page; the rest is told over REST.
-const MAX_ROWS: u32 = 1000;
+const MAX_ROWS: u32 = 500;
 
 #[derive(Template)]
 #[template(path = "due.html")]
@@ -63,6 +63,8 @@ struct Row {
     part_number: String,
     serial_number: String,
     p: String,
+    /// Ends of life against what it has to last for.
+    dots: Option<String>,
     safe_hours: String,
     safe_in: String,
     safe_date: String,
@@ -139,18 +141,27 @@ pub async fn get(
         Ok(question) => question,
         Err(refusal) => return refused(typed, &refusal),
     };
-    let body = DueList::read(&shared.state, &present, caller.operator(), question).await?.page(None, MAX_ROWS);
+    let body = DueList::read(&shared.state, &present, caller.operator(), question).await?;
+    let (body, ends) = body.page_with_ends(None, MAX_ROWS);
     let query = uri.query().filter(|query| !query.is_empty()).map(|query| format!("&{query}")).unwrap_or_default();
-    html(&DuePage::new(now, today, typed, body, format!("/v1/fleet/due?format=csv{query}")))
+    html(&DuePage::new(now, today, typed, (body, ends), format!("/v1/fleet/due?format=csv{query}")))
 }
 
 impl DuePage {
-    fn new(now: Timestamp, today: Day, typed: Typed, body: DueAnswer, csv: String) -> Self {
-        let rows = |items: Vec<DueItem>| items.into_iter().map(|item| Row::new(item, today)).collect();
+    fn new(
+        now: Timestamp,
+        today: Day,
+        typed: Typed,
+        (body, ends): (DueAnswer, Vec<Option<Ends>>),
+        csv: String,
+    ) -> Self {
+        let period = period(&body);
+        let mut due: Vec<_> = body.items.into_iter().zip(ends).collect();
+        due.sort_by_cached_key(|(item, _)| by_date(item));
         Self {
             now,
             typed,
-            period: period(&body),
+            period,
             risk: body.risk,
             risk_words: risk_words(body.risk),
             refused: None,
@@ -159,8 +170,8 @@ impl DuePage {
             due: body.totals.due,
             unknown: body.totals.unknown,
             more: body.next_cursor.is_some(),
-            rows: rows(body.items),
-            unknown_rows: rows(body.unknown),
+            rows: due.into_iter().map(|(item, ends)| Row::new(item, ends, today)).collect(),
+            unknown_rows: body.unknown.into_iter().map(|item| Row::new(item, None, today)).collect(),
             advisory: domain::ADVISORY,
         }
     }
@@ -171,7 +182,7 @@ impl DuePage {
         let advisory = domain::ADVISORY.to_owned();
         let (within_fh, by, check) = (None, None, None);
         let body = DueAnswer { within_fh, by, check, risk, totals, items, unknown, next_cursor: None, advisory };
-        Self { refused: Some(why), ..Self::new(now, today, typed, body, String::new()) }
+        Self { refused: Some(why), ..Self::new(now, today, typed, (body, Vec::new()), String::new()) }
     }
 }
 
@@ -184,6 +195,13 @@ fn period(body: &DueAnswer) -> String {
         (.., Some(hours)) => format!("within {} flight hours of their newest data", grouped(hours)),
         _ => String::new(),
     }
+}
+
+/// The order of the page: failed ones, then by the day until which they are safe, then by the hours.
+fn by_date(item: &DueItem) -> (bool, String, i64) {
+    let safe = item.latest_safe.as_ref();
+    let date = safe.and_then(|safe| safe.date.clone()).unwrap_or_else(|| "9999".to_owned());
+    (item.urgency != Urgency::Failed, date, safe.map_or(0, |safe| safe.remaining_fh as i64))
 }
 
 /// The date until which it is safe, and whether a plan says so.
@@ -201,7 +219,7 @@ fn risk_words(risk: f64) -> String {
 }
 
 impl Row {
-    fn new(item: DueItem, today: Day) -> Self {
+    fn new(item: DueItem, ends: Option<Ends>, today: Day) -> Self {
         let safe = item.latest_safe.as_ref();
         let none = || "none".to_owned();
         let hours = |hours: f64| format!("{} fh", grouped(hours));
@@ -217,6 +235,7 @@ impl Row {
                 Some((p, error)) => format!("{} \u{b1} {:.1}", rung::percent(p), 100.0 * error),
                 None => none(),
             },
+            dots: ends.zip(item.before.within_fh).map(|(ends, within_fh)| dots::plot(&ends, within_fh)),
             safe_hours: safe.map_or_else(none, |safe| hours(safe.flight_hours)),
             safe_in: safe.map_or_else(none, |safe| hours(safe.remaining_fh)),
             safe_date: safe.map_or_else(none, safe_date),
