@@ -62,6 +62,7 @@ pub async fn router(state: State, closed: bool, stopping: CancellationToken) -> 
         .layer(middleware::from_fn(deadline))
         .fallback(nothing_here)
         .layer(CatchPanicLayer::custom(rest_fault))
+        .layer(middleware::from_fn(page::as_page))
         .layer(middleware::from_fn(encoding::encoded))
         .layer(middleware::from_fn(encoding::head))
         .layer(middleware::from_fn(prometheus::time_http))

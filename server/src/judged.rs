@@ -67,7 +67,7 @@ impl<'a> Flown<'a> {
         }
         let end = period.end(self.checks, flights, from, present.now())?;
         Some(match (self.assumed, end.date) {
-            (Some(assumed), Some(date)) if !matches!(period, Period::WithinFh(_)) && end.check.is_some() => {
+            (Some(assumed), Some(date)) if end.check.is_some() || matches!(period, Period::By(_)) => {
                 PeriodEnd { hours: assumed.hours_until(zone.begin_of(date)), ..end }
             }
             _ => end,

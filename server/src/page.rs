@@ -13,6 +13,7 @@ mod earlier;
 mod problems;
 mod reasons;
 mod record;
+mod refused;
 mod rung;
 mod scoreboard;
 mod what_if;
@@ -31,6 +32,8 @@ use axum::{
 use domain::Permission;
 
 use crate::{auth::Guarded, refusal::Refusal};
+
+pub use refused::as_page;
 
 /// Nothing is loaded from anywhere else; the style comes with the page, and a script that asks for the page again.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'self'; connect-src 'self'; \

@@ -191,3 +191,30 @@ async fn a_component_that_uploads_contradict_says_so() {
     let words = "2026-03-02 00:00: uploads from late on saw it on EC-MXA, AIL-L; but WO-5 says: EMA-500 &#60;b&#62;EC-MXA&#60;/b&#62; is installed at AIL-L of EC-MXB.";
     assert!(html.contains(words), "{html}");
 }
+
+#[tokio::test]
+async fn what_is_refused_to_a_browser_is_a_page() {
+    let house = House::open().await;
+    let browser = "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8";
+    for (path, status, words) in [
+        ("/nothing", 404, "there is nothing at /nothing"),
+        ("/tails/EC-QQQ/positions/AIL-L", 404, "nothing is known at position AIL-L"),
+        ("/?risk=2", 422, "a probability above 0 and below 1"),
+        ("/?by=2026-02-28", 422, "is past"),
+        ("/?urgency=soon", 422, "may_wait"),
+    ] {
+        let asked = house.client.get(format!("{}{path}", house.url)).header("accept", browser);
+        let response = asked.send().await.unwrap();
+        assert_eq!(
+            (response.status().as_u16(), &response.headers()["content-type"]),
+            (status, &"text/html; charset=utf-8".parse().unwrap()),
+            "{path}"
+        );
+        let html = response.text().await.unwrap();
+        assert!(html.contains(words) && html.contains("href=\"/due\""), "{path}: {html}");
+        let problem = house.get(path).await;
+        assert_eq!(problem.headers()["content-type"], "application/problem+json", "a program is told as ever: {path}");
+    }
+    let asked = house.client.get(format!("{}/v1/tails/EC-QQQ", house.url)).header("accept", browser);
+    assert_eq!(asked.send().await.unwrap().headers()["content-type"], "application/problem+json");
+}
