@@ -197,10 +197,11 @@ fn period(body: &DueAnswer) -> String {
     }
 }
 
-/// The order of the page: failed ones, then by the day until which they are safe, then by the hours.
+/// The order of the page: failed ones, those whose day nobody knows, which may be the first, then by the day until which they
+/// are safe; each by the hours.
 fn by_date(item: &DueItem) -> (bool, String, i64) {
     let safe = item.latest_safe.as_ref();
-    let date = safe.and_then(|safe| safe.date.clone()).unwrap_or_else(|| "9999".to_owned());
+    let date = safe.and_then(|safe| safe.date.clone()).unwrap_or_default();
     (item.urgency != Urgency::Failed, date, safe.map_or(0, |safe| safe.remaining_fh as i64))
 }
 
@@ -235,7 +236,10 @@ impl Row {
                 Some((p, error)) => format!("{} \u{b1} {:.1}", rung::percent(p), 100.0 * error),
                 None => none(),
             },
-            dots: ends.zip(item.before.within_fh).map(|(ends, within_fh)| dots::plot(&ends, within_fh)),
+            dots: ends
+                .filter(|_| item.urgency != Urgency::Failed)
+                .zip(item.before.within_fh)
+                .map(|(ends, within_fh)| dots::plot(&ends, within_fh)),
             safe_hours: safe.map_or_else(none, |safe| hours(safe.flight_hours)),
             safe_in: safe.map_or_else(none, |safe| hours(safe.remaining_fh)),
             safe_date: safe.map_or_else(none, safe_date),
