@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     fn dots_before_the_line_are_filled_and_all_are_there() {
-        let ends = std::array::from_fn(|i| (i < 19).then(|| 100.0 * i as f64));
+        let ends = std::array::from_fn(|i| (i < 19).then_some(100.0 * i as f64));
         let svg = plot(&ends, 450.0);
         assert_eq!(svg.matches("class=\"before\"").count(), 5);
         assert_eq!(svg.matches("class=\"later\"").count(), 15);
