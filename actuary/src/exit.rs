@@ -41,11 +41,13 @@ pub fn usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// What clap says, its first paragraph in one line and no line empty.
+/// What clap says, its first paragraph in one line and no line empty, without the hint that every command has help: so a value
+/// that is refused takes one line.
 fn told(text: &str) -> String {
     let (wrong, usage) = text.split_once("\n\n").unwrap_or((text, ""));
     let wrong = wrong.split_whitespace().collect::<Vec<_>>().join(" ");
-    let lines = usage.lines().map(str::trim_end).filter(|line| !line.is_empty());
+    let lines =
+        usage.lines().map(str::trim_end).filter(|line| !line.is_empty() && !line.starts_with("For more information"));
     let wrong = wrong.strip_prefix("error: ").unwrap_or(&wrong);
     iter::once(wrong).chain(lines).collect::<Vec<_>>().join("\n")
 }
@@ -76,7 +78,7 @@ mod tests {
         let missing = "error: the following required arguments were not provided:\n  --out <FILE>\n\n\
             Usage: actuary train --out <FILE>\n\nFor more information, try '--help'.\n";
         let lines = "the following required arguments were not provided: --out <FILE>\n\
-            Usage: actuary train --out <FILE>\nFor more information, try '--help'.";
+            Usage: actuary train --out <FILE>";
         assert_eq!(told(missing), lines);
         assert_eq!(told("error: none"), "none");
     }

@@ -12,7 +12,8 @@ use proto::{
 use super::body::{JSON, media_type, read};
 use crate::{
     auth::Caller,
-    problems::{Setting, Telling},
+    problems::{Listing, Setting},
+    query::{Nothing, Query},
     refusal::Refusal,
     settings,
     state::Shared,
@@ -21,9 +22,13 @@ use crate::{
 /// How the caller's operator reads its forecasts.
 #[utoipa::path(
     get, path = "/v1/settings", tag = "settings", operation_id = "getSettings",
-    responses((status = 200, description = "The settings in force", body = SettingsAnswer), Telling)
+    responses((status = 200, description = "The settings in force", body = SettingsAnswer), Listing)
 )]
-pub async fn get(Extract(shared): Extract<Shared>, caller: Caller) -> Result<Json<SettingsAnswer>, Refusal> {
+pub async fn get(
+    Extract(shared): Extract<Shared>,
+    caller: Caller,
+    _: Query<Nothing>,
+) -> Result<Json<SettingsAnswer>, Refusal> {
     Ok(Json(settings::get(&shared.state, caller.operator()).await?))
 }
 
