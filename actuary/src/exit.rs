@@ -41,13 +41,13 @@ pub fn usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// What clap says, its first paragraph in one line and no line empty, without the hint that every command has help: so a value
-/// that is refused takes one line.
+/// What clap says, in one line, and below it how the command is used, where it says that; without the hint that every command
+/// has help.
 fn told(text: &str) -> String {
-    let (wrong, usage) = text.split_once("\n\n").unwrap_or((text, ""));
+    let (text, _) = text.split_once("For more information").unwrap_or((text, ""));
+    let (wrong, usage) = text.find("\n\nUsage:").map_or((text, ""), |at| text.split_at(at));
     let wrong = wrong.split_whitespace().collect::<Vec<_>>().join(" ");
-    let lines =
-        usage.lines().map(str::trim_end).filter(|line| !line.is_empty() && !line.starts_with("For more information"));
+    let lines = usage.lines().map(str::trim_end).filter(|line| !line.is_empty());
     let wrong = wrong.strip_prefix("error: ").unwrap_or(&wrong);
     iter::once(wrong).chain(lines).collect::<Vec<_>>().join("\n")
 }
@@ -80,6 +80,8 @@ mod tests {
         let lines = "the following required arguments were not provided: --out <FILE>\n\
             Usage: actuary train --out <FILE>";
         assert_eq!(told(missing), lines);
+        let value = "error: invalid value 'guess'\n  [possible values: a, b]\n\n  tip: b\n\nFor more information, try '--help'.\n";
+        assert_eq!(told(value), "invalid value 'guess' [possible values: a, b] tip: b");
         assert_eq!(told("error: none"), "none");
     }
 }
