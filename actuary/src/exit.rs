@@ -41,11 +41,14 @@ pub fn usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// What clap says, in one line, and below it how the command is used, where it says that; without the hint that every command
-/// has help.
+/// What clap says, without the hint that every command has help: what is wrong in one line, and below it how the command is
+/// used, where it says that.
 fn told(text: &str) -> String {
     let (text, _) = text.split_once("For more information").unwrap_or((text, ""));
-    let (wrong, usage) = text.find("\n\nUsage:").map_or((text, ""), |at| text.split_at(at));
+    let (wrong, usage) = match text.contains("\n\nUsage:") {
+        true => text.split_once("\n\n").unwrap_or((text, "")),
+        false => (text, ""),
+    };
     let wrong = wrong.split_whitespace().collect::<Vec<_>>().join(" ");
     let lines = usage.lines().map(str::trim_end).filter(|line| !line.is_empty());
     let wrong = wrong.strip_prefix("error: ").unwrap_or(&wrong);

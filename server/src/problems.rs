@@ -44,8 +44,6 @@ pub struct Asking;
 pub struct Action;
 /// The problems of a route that changes what became of many things.
 pub struct Retrying;
-/// The problems of a route that tells what is always there.
-pub struct Telling;
 /// The problems of a route that needs the database and nothing else.
 pub struct Probing;
 
@@ -223,12 +221,6 @@ impl IntoResponses for Retrying {
             unavailable(),
             Refusal::Internal,
         ])
-    }
-}
-
-impl IntoResponses for Telling {
-    fn responses() -> Responses {
-        documented([unavailable(), Refusal::Internal])
     }
 }
 
