@@ -54,7 +54,7 @@ pub fn of_rest(method: &str, path: &str) -> Expectation {
     use Allowed::{Admins, Everyone, Known, Planners, Readers, Uploaders};
     let (allowed, success) = match (method, path) {
         ("get", "/healthz" | "/readyz" | "/version" | "/metrics" | "/openapi.json") => (Everyone, 200),
-        ("get", "/docs/" | "/docs/{file}" | "/problems" | "/problems/{kind}") => (Everyone, 200),
+        ("get", "/docs/" | "/live.js" | "/docs/{file}" | "/problems" | "/problems/{kind}") => (Everyone, 200),
         ("get", "/docs") => (Everyone, 308),
         ("get", "/" | "/due" | "/scoreboard" | "/tails/{tail}/positions/{position}") => (Readers, 200),
         ("post", "/v1/tails/{tail}/uploads") => (Uploaders, 202),
@@ -135,6 +135,7 @@ pub fn parameter(endpoint: &str, name: &str, of: Owner) -> String {
         ("format", _) => return "csv".to_owned(),
         ("within_fh", _) => return "300".to_owned(),
         ("risk", _) => return "0.001".to_owned(),
+        ("urgency", _) => return "failed,act_now,before_check,unknown,may_wait".to_owned(),
         ("life", _) => return "0".to_owned(),
         ("generation", _) => return "1".to_owned(),
         ("from_fh", _) => return "0".to_owned(),

@@ -224,7 +224,8 @@ fn endpoint(method: &str, path: &str, operation: &Value) -> Endpoint {
         path: path.to_owned(),
         in_path: names_in(path),
         required,
-        all: names(query),
+        // What has to be lasted for is asked by one of several.
+        all: names(query).into_iter().filter(|name| !["by", "check"].contains(&name.as_str())).collect(),
         media_types: media_types.unwrap_or_default(),
     }
 }
