@@ -9,7 +9,7 @@ use jiff::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{Timestamp, time::InvalidTime};
+use crate::Timestamp;
 
 const YEARS: std::ops::Range<i16> = 1990..2200;
 
@@ -147,12 +147,6 @@ impl Zone {
         Day(self.local(time).date())
     }
 
-    /// Hours and minutes of a moment on its day.
-    pub fn time_of(&self, time: Timestamp) -> DayTime {
-        let local = self.local(time);
-        DayTime(Time::constant(local.hour(), local.minute(), 0, 0))
-    }
-
     fn local(&self, time: Timestamp) -> jiff::civil::DateTime {
         let timestamp = jiff::Timestamp::from_microsecond(time.micros()).unwrap_or_default();
         self.0.to_datetime(timestamp)
@@ -213,14 +207,6 @@ impl fmt::Display for DayTime {
     }
 }
 
-/// A day (its first moment in `zone`) or a time.
-pub fn moment(text: &str, zone: &Zone) -> Result<Timestamp, String> {
-    if text.len() == 10 {
-        return text.parse().map(|day| zone.begin_of(day)).map_err(|error: InvalidDay| error.to_string());
-    }
-    text.parse().map_err(|error: InvalidTime| error.to_string())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -255,7 +241,6 @@ mod tests {
         assert_eq!(madrid.day_of("2026-03-28T23:30:00Z".parse().unwrap()), day);
         // Clocks go from 02:00 to 03:00.
         assert_eq!(madrid.at(day, "02:30".parse().unwrap()).to_string(), "2026-03-29T01:30:00Z");
-        assert_eq!(madrid.time_of("2026-03-29T01:30:00Z".parse().unwrap()).to_string(), "03:30");
         assert_eq!(madrid.name(), "Europe/Madrid");
         assert_eq!(Zone::default().name(), "UTC");
         for bad in ["", "Europe/Atlantis", "CEST+1", "/etc/localtime"] {

@@ -254,6 +254,14 @@ pub async fn known(state: &State, component: Component) -> Result<Component, Ref
     }
 }
 
+/// Refuses a tail that was never heard of: what is planned for it enrols nothing, and is taken for a slip.
+pub async fn known_tail(state: &State, operator: &OperatorId, tail: &TailNumber) -> Result<(), Refusal> {
+    match state.store.knows_tail(operator, tail).await? {
+        true => Ok(()),
+        false => Err(Refusal::NotFound(format!("tail {tail} is not known"))),
+    }
+}
+
 /// The record of a component.
 pub async fn record(state: &State, component: &Component) -> Result<ComponentRecord, Refusal> {
     state.store.component(component).await?.ok_or_else(|| unknown(component))

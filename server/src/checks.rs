@@ -2,45 +2,26 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use domain::{Act, Checks, Day, Flights, OperatorId, Settings, TailNumber};
+use domain::{Act, Checks, Flights, OperatorId, TailNumber};
 use proto::answer::{ChecksAnswer, ChecksChange, ChecksImport, Page};
 use store::{Planned, TailChecks};
 
-use crate::{limits::MAX_LIMIT, refusal::Refusal, state::State};
+use crate::{answer, limits::MAX_LIMIT, present::Present, refusal::Refusal, state::State};
 
-/// How an operator's days go: its settings, and the day that it is.
-pub struct Calendar {
-    settings: Settings,
-    /// Today, in the operator's time zone.
-    pub today: Day,
-}
-
-impl Calendar {
-    /// The calendar of an operator now.
-    pub async fn of(state: &State, operator: &OperatorId) -> Result<Self, Refusal> {
-        let present = state.present(operator).await?;
-        Ok(Self { settings: present.settings().clone(), today: present.today() })
-    }
-
-    fn told(&self, state: &State, tail: &TailNumber, version: Option<&TailChecks>, flown: &Planned) -> ChecksAnswer {
-        let flights = Flights {
-            plan: &flown.plan,
-            learned_fh_per_day: flown.utilisation_fh_per_day,
-            zone: &self.settings.time_zone,
-        };
-        let set = version.map(|version| (version.set_at, version.set_by));
-        let none = Checks::default();
-        let checks = version.map_or(&none, |version| &version.checks);
-        ChecksAnswer::new(tail.to_string(), set, checks, flights, (state.clock)())
-    }
+fn told(present: &Present, tail: &TailNumber, version: Option<&TailChecks>, flown: &Planned) -> ChecksAnswer {
+    let flights = Flights { plan: &flown.plan, learned_fh_per_day: flown.utilisation_fh_per_day, zone: present.zone() };
+    let set = version.map(|version| (version.set_at, version.set_by));
+    let none = Checks::default();
+    let checks = version.map_or(&none, |version| &version.checks);
+    ChecksAnswer::new(tail.to_string(), set, checks, flights, present.now())
 }
 
 /// The checks of a tail that is known.
 pub async fn get(state: &State, operator: &OperatorId, tail: &TailNumber) -> Result<ChecksAnswer, Refusal> {
-    must_be_known(state, operator, tail).await?;
-    let calendar = Calendar::of(state, operator).await?;
+    answer::known_tail(state, operator, tail).await?;
+    let present = state.present(operator).await?;
     let version = state.store.checks(operator, tail).await?;
-    Ok(calendar.told(state, tail, version.as_ref(), &state.store.planned(operator, tail).await?))
+    Ok(told(&present, tail, version.as_ref(), &state.store.planned(operator, tail).await?))
 }
 
 /// Sets the checks of a tail that is known.
@@ -49,11 +30,11 @@ pub async fn set(
     operator: &OperatorId,
     tail: &TailNumber,
     checks: Checks,
-    (calendar, act): (&Calendar, Act),
+    (present, act): (&Present, Act),
 ) -> Result<ChecksAnswer, Refusal> {
-    must_be_known(state, operator, tail).await?;
+    answer::known_tail(state, operator, tail).await?;
     let versions = state.store.set_checks(operator, &[(tail.clone(), checks)], act).await?;
-    Ok(calendar.told(state, tail, versions.first(), &state.store.planned(operator, tail).await?))
+    Ok(told(present, tail, versions.first(), &state.store.planned(operator, tail).await?))
 }
 
 /// A page of the tails that have checks.
@@ -65,13 +46,13 @@ pub async fn page(
 ) -> Result<Page<ChecksAnswer>, Refusal> {
     let listed = state.store.fleet_checks(operator, after, limit).await?;
     let Some((last, _)) = listed.last() else { return Ok(Page { items: Vec::new(), next_cursor: None }) };
-    let calendar = Calendar::of(state, operator).await?;
+    let present = state.present(operator).await?;
     let mut flown = state.store.fleet_planned(operator, after, last).await?;
     let is_last_page = u32::try_from(listed.len()).is_ok_and(|listed| listed < limit);
     let next_cursor = (!is_last_page).then(|| last.to_string());
     let item = |(tail, version): &(TailNumber, TailChecks)| {
         let flown = flown.remove(tail).unwrap_or_default();
-        calendar.told(state, tail, Some(version), &flown)
+        told(&present, tail, Some(version), &flown)
     };
     Ok(Page { items: listed.iter().map(item).collect(), next_cursor })
 }
@@ -116,13 +97,5 @@ pub async fn tails(state: &State, operator: &OperatorId) -> Result<BTreeSet<Tail
         if is_last {
             return Ok(tails);
         }
-    }
-}
-
-/// Checks enrol nothing: those of a tail that was never heard of are taken for a slip.
-async fn must_be_known(state: &State, operator: &OperatorId, tail: &TailNumber) -> Result<(), Refusal> {
-    match state.store.knows_tail(operator, tail).await? {
-        true => Ok(()),
-        false => Err(Refusal::NotFound(format!("tail {tail} is not known"))),
     }
 }

@@ -3,7 +3,7 @@
 use domain::{Act, Actor, OperatorId, Plan, TailNumber, Timestamp};
 use store::TailPlan;
 
-use crate::{refusal::Refusal, state::State};
+use crate::{answer, refusal::Refusal, state::State};
 
 /// What is planned for a tail, and who set it when, if anybody did.
 pub type InForce = (Option<(Timestamp, Actor)>, Plan);
@@ -14,7 +14,7 @@ fn in_force(version: Option<TailPlan>) -> InForce {
 
 /// What is planned for a tail that is known.
 pub async fn get(state: &State, operator: &OperatorId, tail: &TailNumber) -> Result<InForce, Refusal> {
-    must_be_known(state, operator, tail).await?;
+    answer::known_tail(state, operator, tail).await?;
     Ok(in_force(state.store.plan(operator, tail).await?))
 }
 
@@ -26,14 +26,6 @@ pub async fn set(
     plan: &Plan,
     act: Act,
 ) -> Result<InForce, Refusal> {
-    must_be_known(state, operator, tail).await?;
+    answer::known_tail(state, operator, tail).await?;
     Ok(in_force(Some(state.store.set_plan(operator, tail, plan, act).await?)))
-}
-
-/// A plan enrols nothing: one of a tail that was never heard of is taken for a slip.
-async fn must_be_known(state: &State, operator: &OperatorId, tail: &TailNumber) -> Result<(), Refusal> {
-    match state.store.knows_tail(operator, tail).await? {
-        true => Ok(()),
-        false => Err(Refusal::NotFound(format!("tail {tail} is not known"))),
-    }
 }

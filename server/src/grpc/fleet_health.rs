@@ -13,7 +13,7 @@ use super::Service;
 use crate::{
     answer::{self, RulQuestion},
     auth::Caller,
-    checks::{self, Calendar},
+    checks,
     due::{self, DueList},
     fleet::{self, Choice, FleetQuestion, Order, Rank},
     history::{History, Range, View, history},
@@ -131,10 +131,10 @@ impl FleetHealth for Service {
     async fn set_checks(&self, request: Request<v1::SetChecksRequest>) -> Result<Response<v1::TailChecks>, Status> {
         let caller = Caller::from_request(&request)?;
         let (state, operator) = (&self.0.state, caller.operator());
-        let calendar = Calendar::of(state, operator).await?;
-        let (tail, set) = into_checks(request.into_inner(), calendar.today).map_err(Refusal::from)?;
+        let present = state.present(operator).await.map_err(Refusal::from)?;
+        let (tail, set) = into_checks(request.into_inner(), present.today()).map_err(Refusal::from)?;
         let act = caller.at((state.clock)());
-        Ok(Response::new(checks::set(state, operator, &tail, set, (&calendar, act)).await?.into()))
+        Ok(Response::new(checks::set(state, operator, &tail, set, (&present, act)).await?.into()))
     }
 
     async fn get_settings(

@@ -53,7 +53,7 @@ pub fn data(status: Status, age_days: Option<i64>) -> Option<String> {
 
 const MONTHS: [&str; 12] = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
 
-/// A day as short as it is clear: the year is told where it is not that of today, or the one before the next summer.
+/// A day as short as it is clear: the year is told where it is not that of today and the day is not within the next 300.
 pub fn short(day: Day, today: Day) -> String {
     let (year, month, of_month, _) = day.parts();
     let month = MONTHS[usize::from(month) - 1];

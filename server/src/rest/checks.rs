@@ -23,8 +23,7 @@ use super::{
 };
 use crate::{
     auth::Caller,
-    check_table,
-    checks::{self, Calendar},
+    check_table, checks,
     limits::{DEFAULT_LIMIT, MAX_LIMIT, MAX_TABLE_BYTES},
     path::{Named, Tail},
     problems::{Importing, Listing, Lookup, Scheduling},
@@ -75,10 +74,10 @@ pub async fn put(
     media_type(&parts.headers, &[JSON], JSON)?;
     let bodies: Vec<CheckBody> = json::parse(&read(&shared, &parts.headers, body).await?)?;
     let (state, operator) = (&shared.state, caller.operator());
-    let calendar = Calendar::of(state, operator).await?;
-    let checks = CheckBody::checked(&bodies, calendar.today)?;
+    let present = state.present(operator).await?;
+    let checks = CheckBody::checked(&bodies, present.today())?;
     let act = caller.at((state.clock)());
-    Ok(Json(checks::set(state, operator, &tail, checks, (&calendar, act)).await?))
+    Ok(Json(checks::set(state, operator, &tail, checks, (&present, act)).await?))
 }
 
 /// A page of tails, or all of them as a table.
@@ -177,8 +176,8 @@ pub async fn import(
     media_type(&parts.headers, &[CSV], CSV)?;
     let bytes = read_up_to(&shared, &parts.headers, body, MAX_TABLE_BYTES).await?;
     let (state, operator) = (&shared.state, caller.operator());
-    let calendar = Calendar::of(state, operator).await?;
-    let checks = check_table::read(&bytes, &checks::tails(state, operator).await?, calendar.today)?;
+    let present = state.present(operator).await?;
+    let checks = check_table::read(&bytes, &checks::tails(state, operator).await?, present.today())?;
     let act = (!preview).then(|| caller.at((state.clock)()));
     Ok(Json(checks::import(state, operator, &checks, act).await?))
 }

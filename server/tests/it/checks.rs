@@ -186,7 +186,7 @@ async fn a_table_with_anything_wrong_changes_nothing_and_names_each_row() {
 }
 
 #[tokio::test]
-async fn ten_thousand_rows_are_set_together() {
+async fn rows_are_set_together_and_too_many_are_refused() {
     let house = flown().await;
     let rows: String = (0..20).map(|i| format!("EC-MXA,check {i},2026-10-{:02},,\n", i + 1)).collect();
     let many = format!("tail,name,date,remaining_fh,as_of\n{}", rows.repeat(501));

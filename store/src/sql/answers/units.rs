@@ -12,7 +12,7 @@ use super::{
             units::{UnitRow, unit_columns},
         },
     },
-    installed::{LAST, flown, listed},
+    installed::{Flown, LAST, flown, listed},
 };
 use crate::{ListedUnit, StoreError, Unit, UnitsAsked};
 
@@ -46,7 +46,10 @@ impl Engine {
             .bind(after_position.map(Position::as_str))
             .bind(asked.limit.map_or(i64::MAX, i64::from));
         let rows: Vec<UnitRow> = query.fetch_all(&mut *transaction).await?;
-        let flown = flown(&mut transaction, operator, "", LAST).await?;
+        let flown = match asked.tail {
+            Some(tail) => [(tail.clone(), Flown::of_tail(&mut transaction, operator, tail).await?)].into(),
+            None => flown(&mut transaction, operator, "", LAST).await?,
+        };
         let units = rows.into_iter().map(|row| Ok(listed(row.unit()?, &flown)));
         let mut units = units.collect::<Result<Vec<_>, StoreError>>()?;
         let drawn = units.iter_mut().filter(|listed| has_forecast(&listed.unit) && draws(listed)).collect();
